@@ -1,0 +1,148 @@
+"""Every error that situp-annotate raises on purpose, and the exit code of each.
+
+::
+
+    SitupError                    1
+    ├── ManifestError             3   the manifest is not valid
+    ├── RecipeError               4   the recipe or a --set value is not valid
+    ├── OutputError               5   the output folder cannot be written or is already there
+    ├── BoxError                  1   four numbers that are no box
+    ├── TrackingError             1   the tracker was given what it cannot track
+    └── VideoError                1   one video cannot be annotated
+        ├── VideoMissingError         nothing stands at the path
+        ├── VideoFormatError          something stands there, but no video
+        ├── VideoEmptyError           a video that yields no frame
+        ├── VideoIncompleteError      frames are missing at the end
+        ├── FrameSizeError            the picture changes its size midway
+        └── WorkerError               the process that annotated the video died
+
+Each error is made of one finished sentence (or, for manifests, of several lines, one a
+problem): file, place, value, what is allowed, what to do. The message is the only argument, so
+every error can be pickled and cross from a worker to its parent.
+
+Exit codes: 0 all videos annotated, 1 at least one failed, 2 wrong use of the command line
+(click's), 3 to 5 as above, 130 interrupted.
+"""
+
+from typing import ClassVar
+
+__all__ = [
+    "EXIT_FAILED",
+    "EXIT_INTERRUPTED",
+    "EXIT_OK",
+    "BoxError",
+    "FrameSizeError",
+    "ManifestError",
+    "OutputError",
+    "RecipeError",
+    "SitupError",
+    "TrackingError",
+    "VideoEmptyError",
+    "VideoError",
+    "VideoFormatError",
+    "VideoIncompleteError",
+    "VideoMissingError",
+    "WorkerError",
+]
+
+EXIT_OK = 0
+EXIT_FAILED = 1
+EXIT_INTERRUPTED = 130
+
+
+class SitupError(Exception):
+    """Root of the tree; catch it to catch everything raised on purpose.
+
+    Parameters
+    ----------
+    message : str
+        A finished sentence for the user.
+
+    Attributes
+    ----------
+    exit_code : int
+        What the command line exits with when this error ends it.
+    kind : str
+        A short stable word for machines, written as ``failure.kind`` in ``summary.json``.
+    """
+
+    exit_code: ClassVar[int] = EXIT_FAILED
+    kind: ClassVar[str] = "error"
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+
+
+class ManifestError(SitupError):
+    """The manifest is not valid; the message lists every problem, one a line."""
+
+    exit_code = 3
+    kind = "manifest"
+
+
+class RecipeError(SitupError):
+    """A recipe, or a value set on the command line, is not valid."""
+
+    exit_code = 4
+    kind = "recipe"
+
+
+class OutputError(SitupError):
+    """The output cannot be written, or something stands where it should go."""
+
+    exit_code = 5
+    kind = "output"
+
+
+class BoxError(SitupError):
+    """Four numbers that are no box: not finite, or without area."""
+
+    kind = "box"
+
+
+class TrackingError(SitupError):
+    """The tracker was given what it cannot track: no picture, no box, or the wrong order."""
+
+    kind = "tracking"
+
+
+class VideoError(SitupError):
+    """One video cannot be annotated."""
+
+    kind = "video"
+
+
+class VideoMissingError(VideoError):
+    """Nothing stands at the path of the video, or it cannot be read."""
+
+    kind = "missing"
+
+
+class VideoFormatError(VideoError):
+    """Something stands at the path, but it is no video and no folder of pictures."""
+
+    kind = "not_a_video"
+
+
+class VideoEmptyError(VideoError):
+    """The video opens, but no decoder gets a single frame out of it."""
+
+    kind = "no_frames"
+
+
+class VideoIncompleteError(VideoError):
+    """The video ends before its header says it should."""
+
+    kind = "incomplete"
+
+
+class FrameSizeError(VideoError):
+    """The picture changes its width or height midway."""
+
+    kind = "frame_size"
+
+
+class WorkerError(VideoError):
+    """The process that annotated the video died: a crash in a decoder, or killed."""
+
+    kind = "crashed"

@@ -1,0 +1,33 @@
+"""What every output of a video has in common: it takes frames with their labels, one by one."""
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Protocol, Self
+
+from situp_annotate.types import Frame, TrackPoint
+
+__all__ = ["Sink"]
+
+
+class Sink(Protocol):
+    """One output file in the making.
+
+    A context manager: leaving it normally finishes the file; leaving it by an exception only
+    frees what it holds, since the pipeline throws the unfinished file away. Sinks write into
+    the pipeline's work folder and need not care for atomic replacement.
+    """
+
+    def write(self, frame: Frame, points: Sequence[TrackPoint]) -> None:
+        """Add one frame and the labels on it (none on a frame without objects).
+
+        Frames come in order; points are sorted by track id, at most one a track.
+        """
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None: ...
