@@ -1,0 +1,49 @@
+"""What a response map says: where its peak is, how high, and how sharp the map is (APCE)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Peak", "apce", "find_peak"]
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """The peak of a response map.
+
+    Attributes
+    ----------
+    offset_yx : tuple of int
+        Displacement in cells, wrapped at half of the map: negative is up and to the left.
+    value : float
+        The response there.
+    """
+
+    offset_yx: tuple[int, int]
+    value: float
+
+
+def apce(response: npt.NDArray[np.floating]) -> float:
+    """Average peak-to-correlation energy, equation (13), in double precision.
+
+    Unchanged by a·R + b for a > 0 and by rolling. A constant map has no peak: 0.
+    """
+    above = response.astype(np.float64) - response.min()
+    energy = float(np.mean(above**2))
+    return float(above.max()) ** 2 / energy if energy > 0 else 0.0
+
+
+def _wrap(index: int, size: int) -> int:
+    """Displacement that an index stands for; the authors' code wraps from the middle on."""
+    return index - size if index + 1 > size / 2 else index
+
+
+def find_peak(response: npt.NDArray[np.floating]) -> Peak:
+    """Find the highest response; of equal ones the first, column by column."""
+    rows, columns = response.shape
+    column, row = divmod(int(np.argmax(response.T)), rows)
+    return Peak(
+        offset_yx=(_wrap(row, rows), _wrap(column, columns)),
+        value=float(response[row, column]),
+    )
