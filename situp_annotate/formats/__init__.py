@@ -1,0 +1,1 @@
+"""Labels in and labels out: one file a format."""

@@ -1,0 +1,114 @@
+"""Outputs appear whole or not at all: made beside their place, moved there when done."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from situp_annotate.errors import OutputError
+
+__all__ = ["discard_staging", "staged_folder", "write_whole"]
+
+
+def _staging(target: Path) -> Path:
+    return target.with_name(f".{target.name}.partial")
+
+
+def discard_staging(target: Path) -> None:
+    """Remove what an interrupted :func:`staged_folder` of this target left behind."""
+    shutil.rmtree(_staging(target), ignore_errors=True)
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _refuse_foreign(target: Path, replaceable: frozenset[str]) -> None:
+    """Replacing a folder must not take along what somebody else put there."""
+    foreign = sorted(path.name for path in target.iterdir() if path.name not in replaceable)
+    if foreign:
+        raise OutputError(
+            f"{target}: this folder holds {foreign[0]!r}, which is not an output of this tool; "
+            f"move it away, or choose another output folder."
+        )
+
+
+@contextmanager
+def staged_folder(target: Path, *, replaceable: frozenset[str] | None) -> Iterator[Path]:
+    """Make a folder whole or not at all.
+
+    Parameters
+    ----------
+    target : Path
+        The folder to make.
+    replaceable : frozenset of str or None
+        None when the folder must not be there yet; else the names that a folder standing there
+        may hold to be replaced.
+
+    Yields
+    ------
+    Path
+        A hidden folder beside the target to write into. Leaving normally puts it in the
+        target's place; leaving by an exception removes it.
+
+    Raises
+    ------
+    OutputError
+        If the target is there and must not be replaced, or the disk refuses.
+    """
+    staging = _staging(target)
+    try:
+        if target.exists():
+            if replaceable is None:
+                raise OutputError(
+                    f"{target}: this output is already there; replace it with --overwrite, or "
+                    f"choose another output folder."
+                )
+            _refuse_foreign(target, replaceable)
+        shutil.rmtree(staging, ignore_errors=True)
+        staging.mkdir(parents=True)
+        yield staging
+        _publish(staging, target)
+    except OSError as error:
+        raise OutputError(f"{target}: cannot write here: {error.strerror or error}.") from error
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+
+
+def _publish(staging: Path, target: Path) -> None:
+    for path in staging.iterdir():
+        _sync(path)
+    _sync(staging)
+    if target.exists():
+        old = target.with_name(f".{target.name}.old")
+        shutil.rmtree(old, ignore_errors=True)
+        target.rename(old)
+        staging.rename(target)
+        shutil.rmtree(old, ignore_errors=True)
+    else:
+        staging.rename(target)
+    _sync(target.parent)
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file (UTF-8) whole or not at all, replacing one that stands there.
+
+    Raises
+    ------
+    OutputError
+        If the disk refuses.
+    """
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_text(text, encoding="utf-8")
+        _sync(partial)
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise OutputError(f"{path}: cannot write here: {error.strerror or error}.") from error
