@@ -1,0 +1,14 @@
+"""Measure trackers the way the field does."""
+
+from situp_annotate.evaluation.datasets import OtbSequence, OtbTarget, find_sequences, read_boxes
+from situp_annotate.evaluation.metrics import OnePassResult, evaluate_one_pass, overlaps
+
+__all__ = [
+    "OnePassResult",
+    "OtbSequence",
+    "OtbTarget",
+    "evaluate_one_pass",
+    "find_sequences",
+    "overlaps",
+    "read_boxes",
+]

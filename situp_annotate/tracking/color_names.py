@@ -1,4 +1,4 @@
-"""Colour names: how much a colour is black, blue, brown, grey, green, orange, pink, …
+"""Colour names: how much a colour is black, blue, brown, grey, and so on.
 
 Each of 32×32×32 bins of RGB has a row of ten numbers: the probabilities of the eleven basic
 colour terms, less their mean, in coordinates of the ten-dimensional space that they span. The
@@ -79,15 +79,16 @@ def _lab(rgb: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 def _probabilities(rgb: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Probability of each of the eleven terms for sRGB colours 0–255, (n, 3) → (n, 11)."""
     lightness, a, b = (_lab(rgb) / [50, 60, 60] - [1, 0, 0]).T
-    monomials = np.stack(
-        [np.ones_like(a), lightness, a, b, lightness**2, lightness * a, lightness * b, a**2, a * b, b**2]
-    )  # fmt: skip
+    linear = [np.ones_like(a), lightness, a, b]
+    quadratic = [lightness**2, lightness * a, lightness * b, a**2, a * b, b**2]
+    monomials = np.stack(linear + quadratic)
     forms = np.array(_FORMS)
     exponents = forms[:, 1:] @ monomials
     weights = np.exp(exponents - exponents.max(axis=0))
     terms = np.zeros((_TERMS, len(rgb)))
     np.add.at(terms, forms[:, 0].astype(int), weights)
-    return (terms / terms.sum(axis=0)).T
+    probabilities: npt.NDArray[np.float64] = (terms / terms.sum(axis=0)).T
+    return probabilities
 
 
 def _centred(probabilities: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
@@ -134,7 +135,8 @@ def load_table(path: str) -> npt.NDArray[np.float32]:
                 loaded = loaded[name]
     except (OSError, ValueError) as error:
         raise TrackingError(
-            f"{path}: this colour-name table cannot be read ({error}); give a .npy, .npz or text file."
+            f"{path}: this colour-name table cannot be read ({error}); give a .npy, .npz or text "
+            f"file."
         ) from error
     if loaded.shape == (_BINS**3, _TERMS):
         return _centred(loaded)

@@ -20,7 +20,8 @@ __all__ = ["FeatureExtractor", "luma"]
 def luma(images: Image) -> npt.NDArray[np.float32]:
     """Grey of B, G, R pictures (…, 3), rounded to whole numbers 0–255 (ITU-R BT.601)."""
     weighted = images[..., 0] * 0.1140 + images[..., 1] * 0.5870 + images[..., 2] * 0.2989
-    return np.floor(weighted + 0.5).astype(np.float32)
+    rounded: npt.NDArray[np.float32] = np.floor(weighted + 0.5).astype(np.float32)
+    return rounded
 
 
 class FeatureExtractor:

@@ -28,7 +28,7 @@ def as_channels(image: Image) -> Image:
 
 def _taps(center: float, step: float, count: int, offset: float) -> npt.NDArray[np.float64]:
     """Coordinates of ``count`` samples around ``center``, as array indices."""
-    return center + step * (np.arange(1, count + 1) - count / 2 + offset)
+    return center + step * (np.arange(1, count + 1, dtype=np.float64) - count / 2 + offset)
 
 
 @njit(cache=True, nogil=True)

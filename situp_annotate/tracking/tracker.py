@@ -118,14 +118,18 @@ class SitupTracker:
         return self._target.update(image)
 
 
-def _check_image(image: Image) -> None:
-    valid = isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.size > 0
-    if not valid or not (image.ndim == 2 or (image.ndim == 3 and image.shape[2] == 3)):
-        found = f"{image.dtype} {image.shape}" if isinstance(image, np.ndarray) else type(image)
-        raise TrackingError(
-            f"A picture must be a uint8 array of shape (height, width) or (height, width, 3), "
-            f"not {found}."
-        )
+def _check_image(image: object) -> None:
+    if isinstance(image, np.ndarray):
+        grey, color = image.ndim == 2, image.ndim == 3 and image.shape[-1] == 3
+        if image.dtype == np.uint8 and image.size > 0 and (grey or color):
+            return
+        found = f"{image.dtype} {image.shape}"
+    else:
+        found = type(image).__name__
+    raise TrackingError(
+        "A picture must be a uint8 array of shape (height, width) or (height, width, 3), "
+        f"not {found}."
+    )
 
 
 class _Target:

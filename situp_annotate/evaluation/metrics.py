@@ -1,0 +1,120 @@
+"""One-pass evaluation with the conventions of the OTB toolkit.
+
+References
+----------
+Y. Wu, J. Lim, M.-H. Yang, Object tracking benchmark, PAMI 2015.
+
+Notes
+-----
+Conventions that change figures: the first frame's truth counts as the result; a result that is
+no box repeats the one before; success counts overlaps *above* a threshold, precision counts
+errors *up to* one; a frame whose truth has a number that is not positive, position included, is
+a miss in success but a hit in precision (a quirk that published figures contain).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["THRESHOLDS", "OnePassResult", "center_errors", "evaluate_one_pass", "overlaps"]
+
+Boxes = npt.NDArray[np.float64]
+
+THRESHOLDS = np.linspace(0, 1, 21)
+"""Overlap thresholds of the success curve; its mean is the AUC."""
+
+_PRECISION_PIXELS = 20.0
+_ABSENT = -1.0
+
+
+def overlaps(boxes: Boxes, truth: Boxes) -> npt.NDArray[np.float64]:
+    """Intersection over union, frame by frame.
+
+    Parameters
+    ----------
+    boxes, truth : ndarray
+        (n, 4): x, y, width, height, of the same origin.
+
+    Returns
+    -------
+    ndarray
+        (n,), in [0, 1]; NaN where a number is NaN.
+    """
+    corner = np.maximum(boxes[:, :2], truth[:, :2])
+    opposite = np.minimum(boxes[:, :2] + boxes[:, 2:], truth[:, :2] + truth[:, 2:])
+    shared = np.prod(np.clip(opposite - corner, 0, None), axis=1)
+    total = np.prod(boxes[:, 2:], axis=1) + np.prod(truth[:, 2:], axis=1) - shared
+    ratio: npt.NDArray[np.float64] = shared / total
+    return ratio
+
+
+def center_errors(boxes: Boxes, truth: Boxes) -> npt.NDArray[np.float64]:
+    """Distance of the centres in pixels, frame by frame; shapes as for :func:`overlaps`."""
+    apart = boxes[:, :2] + boxes[:, 2:] / 2 - truth[:, :2] - truth[:, 2:] / 2
+    return np.hypot(apart[:, 0], apart[:, 1])
+
+
+@dataclass(frozen=True, slots=True)
+class OnePassResult:
+    """Scores of one target.
+
+    Attributes
+    ----------
+    overlaps, center_errors : ndarray
+        (n,), of every frame; −1 where the truth is not positive.
+    """
+
+    overlaps: npt.NDArray[np.float64]
+    center_errors: npt.NDArray[np.float64]
+
+    @property
+    def success(self) -> npt.NDArray[np.float64]:
+        """(21,): share of frames whose overlap is above each of ``THRESHOLDS``."""
+        share: npt.NDArray[np.float64] = (self.overlaps[:, np.newaxis] > THRESHOLDS).mean(axis=0)
+        return share
+
+    @property
+    def auc(self) -> float:
+        """Area under the success curve: the mean of its 21 values."""
+        return float(self.success.mean())
+
+    @property
+    def precision(self) -> float:
+        """Share of frames with a centre error of at most 20 pixels."""
+        return float((self.center_errors <= _PRECISION_PIXELS).mean())
+
+
+def _is_box(boxes: Boxes) -> npt.NDArray[np.bool_]:
+    return np.logical_and(np.isfinite(boxes).all(axis=1), (boxes[:, 2:] > 0).all(axis=1))
+
+
+def _repeat_over_gaps(boxes: Boxes) -> Boxes:
+    last_valid = np.maximum.accumulate(np.where(_is_box(boxes), np.arange(len(boxes)), 0))
+    return boxes[last_valid]
+
+
+def evaluate_one_pass(boxes: Boxes, truth: Boxes) -> OnePassResult:
+    """Score the boxes of one run from the first frame's truth on.
+
+    Parameters
+    ----------
+    boxes, truth : ndarray
+        (n, 4) each: x, y, width, height, of the same origin. Surplus rows of either are ignored.
+
+    Raises
+    ------
+    ValueError
+        If there is nothing to compare.
+    """
+    count = min(len(boxes), len(truth))
+    if count == 0:
+        raise ValueError("There is nothing to evaluate: no boxes or no truth.")
+    boxes, truth = boxes[:count].copy(), truth[:count]
+    boxes[0] = truth[0]
+    boxes = _repeat_over_gaps(boxes)
+    present = (truth > 0).all(axis=1)
+    overlap, error = np.full(count, _ABSENT), np.full(count, _ABSENT)
+    overlap[present] = overlaps(boxes[present], truth[present])
+    error[present] = center_errors(boxes[present], truth[present])
+    return OnePassResult(overlap, error)

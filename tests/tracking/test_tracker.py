@@ -1,0 +1,119 @@
+"""The tracker on pictures whose motion is known by construction."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from situp_annotate.errors import TrackingError
+from situp_annotate.tracking import SitupTracker, TrackerParams
+from situp_annotate.types import BoundingBox
+
+
+def textured(height=160, width=200, channels=3, seed=0):
+    """A smooth random texture, uint8."""
+    noise = np.random.default_rng(seed).uniform(0, 255, (height, width, channels))
+    smooth = cv2.GaussianBlur(noise, (0, 0), 3).reshape(height, width, channels)
+    smooth = (smooth - smooth.min()) / (smooth.max() - smooth.min()) * 255
+    return smooth.astype(np.uint8) if channels == 3 else smooth[..., 0].astype(np.uint8)
+
+
+@pytest.mark.parametrize("channels", [1, 3], ids=["grey", "colour"])
+@pytest.mark.parametrize("shift", [(8, 0), (0, 8), (-8, 12), (-4, -4)])
+def test_known_shift_moves_the_box_by_as_much(channels, shift):
+    image = textured(channels=channels)
+    tracker = SitupTracker(TrackerParams(scale_factors=(1.0,)))
+    tracker.init(image, BoundingBox(80, 60, 40, 32))
+    box = tracker.update(np.roll(image, shift, (0, 1))).box
+    assert (box.y - 60, box.x - 80, box.width, box.height) == (*shift, 40, 32)
+
+
+def test_still_picture_keeps_the_box_for_good():
+    image = textured()
+    tracker = SitupTracker()
+    tracker.init(image, BoundingBox(80, 60, 40, 32))
+    for _ in range(5):
+        estimate = tracker.update(image)
+    assert estimate.box == BoundingBox(80, 60, 40, 32)
+    assert estimate.scale == 1
+
+
+def zoomed(image, center, factor):
+    matrix = cv2.getRotationMatrix2D(center, 0, factor)
+    return cv2.warpAffine(image, matrix, image.shape[1::-1], borderMode=cv2.BORDER_REFLECT)
+
+
+def test_scale_is_followed_up_and_down():
+    """The sampling grid of the authors' code stretches rows by both axes' ratios, so that the
+    scale found lies between the true one and its power of two thirds.
+    """
+    image = textured(240, 320)
+    tracker = SitupTracker()
+    tracker.init(image, BoundingBox(130, 90, 60, 60))
+    factors = [1.008**step for step in [*range(1, 41), *range(39, 0, -1)]]
+    scales = [tracker.update(zoomed(image, (160, 120), factor)).scale for factor in factors]
+    assert factors[39] ** 0.5 < scales[39] < factors[39]
+    assert scales[-1] == pytest.approx(1.0, abs=0.05)
+
+
+def test_large_targets_are_tracked_at_half_size():
+    image = textured(480, 640)
+    tracker = SitupTracker(TrackerParams(scale_factors=(1.0,)))
+    tracker.init(image, BoundingBox(199, 159, 160, 120))
+    box = tracker.update(np.roll(image, (16, -24), (0, 1))).box
+    assert (box.x, box.y, box.width, box.height) == (175, 175, 160, 120)
+
+
+@pytest.mark.parametrize(
+    "box",
+    [(-20, -10, 40, 40), (150, 130, 80, 60), (90, 70, 2, 2), (90, 70, 1, 1), (0, 0, 200, 160),
+     (500, 400, 30, 30), (90.4, 70.6, 30.3, 20.9)],
+)  # fmt: skip
+def test_boxes_stay_finite_wherever_they_are(box):
+    tracker = SitupTracker()
+    tracker.init(textured(), BoundingBox(*box))
+    for seed in range(4):
+        estimate = tracker.update(textured(seed=seed))
+        assert math.isfinite(estimate.apce)
+        assert estimate.box.width > 0
+
+
+def test_a_target_that_vanishes_never_raises_and_loses_sharpness():
+    image = textured()
+    tracker = SitupTracker()
+    tracker.init(image, BoundingBox(80, 60, 40, 32))
+    seen = tracker.update(image)
+    gone = [tracker.update(np.zeros_like(image)) for _ in range(5)]
+    assert all(estimate.apce < seen.apce / 2 for estimate in gone)
+
+
+def test_wrong_pictures_are_refused():
+    tracker = SitupTracker()
+    with pytest.raises(TrackingError, match="call init"):
+        tracker.update(textured())
+    with pytest.raises(TrackingError, match="uint8 array of shape"):
+        tracker.init(textured().astype(float), BoundingBox(0, 0, 9, 9))
+    tracker.init(textured(), BoundingBox(80, 60, 40, 32))
+    with pytest.raises(TrackingError, match="all must be the same"):
+        tracker.update(textured(100, 100))
+
+
+def test_input_is_not_modified():
+    image = textured()
+    before = image.copy()
+    image.setflags(write=False)
+    tracker = SitupTracker()
+    tracker.init(image, BoundingBox(80, 60, 40, 32))
+    tracker.update(image)
+    np.testing.assert_array_equal(image, before)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [{"padding": 0.5}, {"cell_size": 1}, {"learning_rate": 2.0}, {"scale_factors": ()},
+     {"regularization": math.nan}, {"halve_above": math.inf}],
+)  # fmt: skip
+def test_parameters_out_of_range_are_refused(values):
+    with pytest.raises(TrackingError, match="is not allowed: give"):
+        TrackerParams(**values)
