@@ -3,7 +3,7 @@
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from situp_annotate.errors import OutputError
@@ -110,5 +110,6 @@ def write_whole(path: Path, text: str) -> None:
         _sync(partial)
         partial.replace(path)
     except OSError as error:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink()
         raise OutputError(f"{path}: cannot write here: {error.strerror or error}.") from error

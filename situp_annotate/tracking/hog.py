@@ -63,10 +63,25 @@ def _gradient(patch, y, x):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN
 
 
 @njit(cache=True, nogil=True)
+def _raise_border(histograms):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Scale the outermost cells up for the pixels they miss (loops compile in a tenth the time)."""
+    rows, columns, orientations = histograms.shape
+    for row in range(1, rows - 1):
+        for column in range(1, columns - 1):
+            gain = 1.0
+            if row in (1, rows - 2):
+                gain *= _BORDER_GAIN
+            if column in (1, columns - 2):
+                gain *= _BORDER_GAIN
+            if gain > 1.0:
+                for o in range(orientations):
+                    histograms[row, column, o] *= gain
+
+
+@njit(cache=True, nogil=True)
 def _cell_histograms(patch, cell, orientations, histograms):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Fill (rows + 2, columns + 2, 18) histograms: the grid of cells with a margin of one."""
+    """Add to (rows + 2, columns + 2, 18) histograms: the grid of cells with a margin of one."""
     rows, columns = histograms.shape[0] - 2, histograms.shape[1] - 2
-    histograms[:] = 0.0
     unit = 1.0 / (255.0 * cell * cell)
     for y in range(rows * cell):
         position_y = (y + 0.5) / cell + 0.5
@@ -87,10 +102,7 @@ def _cell_histograms(patch, cell, orientations, histograms):  # type: ignore[no-
             histograms[row, column + 1, bin_] += weight * (1 - below) * right
             histograms[row + 1, column, bin_] += weight * below * (1 - right)
             histograms[row + 1, column + 1, bin_] += weight * below * right
-    histograms[1, :] *= _BORDER_GAIN
-    histograms[rows, :] *= _BORDER_GAIN
-    histograms[:, 1] *= _BORDER_GAIN
-    histograms[:, columns] *= _BORDER_GAIN
+    _raise_border(histograms)
 
 
 @njit(cache=True, nogil=True)
@@ -141,6 +153,7 @@ def _fhog(patches, cell, orientations, out):  # type: ignore[no-untyped-def]  # 
     histograms = np.empty((rows + 2, columns + 2, _SIGNED), np.float32)
     norms = np.empty((rows + 1, columns + 1), np.float64)
     for n in range(patches.shape[0]):
+        histograms.fill(0.0)
         _cell_histograms(patches[n], cell, orientations, histograms)
         cells = histograms[1 : rows + 1, 1 : columns + 1]
         _block_norms(cells, 1e-4 / 4 / cell**4, norms)

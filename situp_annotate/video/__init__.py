@@ -1,0 +1,7 @@
+"""Videos in: files and folders of pictures become frames, in order, with their times."""
+
+from situp_annotate.video.discovery import find_videos, fingerprint
+from situp_annotate.video.opening import open_video
+from situp_annotate.video.source import FrameSource
+
+__all__ = ["FrameSource", "find_videos", "fingerprint", "open_video"]

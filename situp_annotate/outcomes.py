@@ -1,0 +1,133 @@
+"""What became of a video and its tracks: values that travel from a worker to its parent."""
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from situp_annotate.errors import SitupError
+from situp_annotate.propagation import Skip
+from situp_annotate.types import Finding, Provenance, TrackPoint, VideoInfo, VideoJob
+
+__all__ = ["TrackSummary", "VideoFailure", "VideoReport"]
+
+
+@dataclass(frozen=True, slots=True)
+class TrackSummary:
+    """What became of one track.
+
+    Attributes
+    ----------
+    id : int
+        The track's id.
+    label : str
+        Its label.
+    human_boxes, tracked_boxes : int
+        Frames labelled by the person and by the tracker.
+    first_frame, last_frame : int or None
+        First and last frame with a box; None without any.
+    mean_confidence : float or None
+        Over the tracked boxes, in [0, 1]; None without any.
+    """
+
+    id: int
+    label: str
+    human_boxes: int = 0
+    tracked_boxes: int = 0
+    first_frame: int | None = None
+    last_frame: int | None = None
+    mean_confidence: float | None = None
+
+    def with_point(self, frame: int, point: TrackPoint) -> "TrackSummary":
+        """The summary after one more box."""
+        first = frame if self.first_frame is None else self.first_frame
+        if point.provenance is Provenance.HUMAN:
+            return replace(
+                self, human_boxes=self.human_boxes + 1, first_frame=first, last_frame=frame
+            )
+        count = self.tracked_boxes + 1
+        mean = self.mean_confidence or 0.0
+        return replace(
+            self,
+            tracked_boxes=count,
+            first_frame=first,
+            last_frame=frame,
+            mean_confidence=mean + (point.confidence - mean) / count,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class VideoReport:
+    """What was done with one video: the content of its ``summary.json``.
+
+    Attributes
+    ----------
+    id : str
+        The job's id; names the output folder.
+    video : VideoInfo
+        What is known of the video.
+    sha256 : str
+        Hash of its content.
+    frames : int
+        Decoded and labelled.
+    tracks : tuple of TrackSummary
+        By track id.
+    skipped : tuple of Skip
+        Keyframes that could not be used, and why.
+    findings : tuple of Finding
+        What was noticed about the video while decoding it.
+    outputs : tuple of str
+        Names of the files written.
+    seconds : dict of str to float
+        Time spent in each stage, and ``total``.
+    """
+
+    id: str
+    video: VideoInfo
+    sha256: str
+    frames: int
+    tracks: tuple[TrackSummary, ...]
+    skipped: tuple[Skip, ...]
+    findings: tuple[Finding, ...]
+    outputs: tuple[str, ...]
+    seconds: dict[str, float]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain JSON data."""
+        plain = asdict(self)
+        plain["video"] |= {
+            "path": str(self.video.path),
+            "frame_rate": str(self.video.frame_rate),
+            "pixel_aspect_ratio": str(self.video.pixel_aspect_ratio),
+        }
+        plain["seconds"] = {stage: round(value, 3) for stage, value in self.seconds.items()}
+        return {"status": "ok", **plain}
+
+
+@dataclass(frozen=True, slots=True)
+class VideoFailure:
+    """Why one video has no outputs.
+
+    Attributes
+    ----------
+    id : str
+        The job's id.
+    path : str
+        The video.
+    kind : str
+        A short stable word for machines, such as ``"missing"``; see :mod:`situp_annotate.errors`.
+    message : str
+        A finished sentence for people.
+    """
+
+    id: str
+    path: str
+    kind: str
+    message: str
+
+    @classmethod
+    def of(cls, job: VideoJob, error: SitupError) -> "VideoFailure":
+        """The failure that an error amounts to."""
+        return cls(job.id, str(job.path), error.kind, str(error))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain JSON data."""
+        return {"status": "failed", **asdict(self)}

@@ -1,0 +1,216 @@
+"""Recipes: everything about a run that is not in the manifest, as TOML.
+
+A recipe names only what differs from the defaults, and the defaults live in the dataclasses
+below and in those they hold. ``pipelines/`` has ready-made ones.
+"""
+
+import difflib
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
+from importlib import resources
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import TypeAdapter, ValidationError
+
+from situp_annotate.errors import RecipeError, TrackingError
+from situp_annotate.formats.overlay import OverlayOptions
+from situp_annotate.tracking import TrackerParams
+
+__all__ = [
+    "DecodingOptions",
+    "MotOptions",
+    "Outputs",
+    "Recipe",
+    "load_recipe",
+    "recipe_names",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class DecodingOptions:
+    """How videos are read.
+
+    Attributes
+    ----------
+    incomplete : str
+        What to do with a video that ends before its header says it should: ``"fail"``, or
+        ``"keep"`` to annotate what is there.
+    """
+
+    incomplete: Literal["fail", "keep"] = "fail"
+
+
+@dataclass(frozen=True, slots=True)
+class Outputs:
+    """Which files are written for each video."""
+
+    mot: bool = True
+    mcap: bool = True
+    overlay: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class MotOptions:
+    """How ``mot.csv`` is written.
+
+    Attributes
+    ----------
+    pixel_origin : int
+        Coordinate of the picture's top-left corner: 0, or 1 for tools that count from 1.
+    """
+
+    pixel_origin: Literal[0, 1] = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Recipe:
+    """Settings of a run; each attribute is a table of the TOML file."""
+
+    tracker: TrackerParams = field(default_factory=TrackerParams)
+    decoding: DecodingOptions = field(default_factory=DecodingOptions)
+    outputs: Outputs = field(default_factory=Outputs)
+    mot: MotOptions = field(default_factory=MotOptions)
+    overlay: OverlayOptions = field(default_factory=OverlayOptions)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Every value in force, as plain JSON data."""
+        plain: dict[str, Any] = json.loads(json.dumps(asdict(self)))
+        return plain
+
+    @property
+    def sha256(self) -> str:
+        """Hash of every value in force, however it was set."""
+        text = json.dumps(self.as_dict(), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+_SECTIONS: dict[str, Any] = {
+    "tracker": TrackerParams,
+    "decoding": DecodingOptions,
+    "outputs": Outputs,
+    "mot": MotOptions,
+    "overlay": OverlayOptions,
+}
+
+
+def _folder() -> Path:
+    """Where the ready-made recipes are: in the installed package, or beside it in a checkout."""
+    package = Path(str(resources.files("situp_annotate")))
+    installed = package / "pipelines"
+    return installed if installed.is_dir() else package.parent / "pipelines"
+
+
+def recipe_names() -> list[str]:
+    """Names of the ready-made recipes, sorted."""
+    return sorted(path.stem for path in _folder().glob("*.toml"))
+
+
+def _nearest(name: str, names: Sequence[str]) -> str:
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    return f"{hint}Known are {', '.join(sorted(names))}."
+
+
+def _find(name: str | Path) -> Path:
+    path = Path(name)
+    if path.suffix == ".toml" or len(path.parts) > 1:
+        return path
+    ready_made = _folder() / f"{name}.toml"
+    if not ready_made.is_file():
+        raise RecipeError(f"There is no recipe {name!r}; {_nearest(str(name), recipe_names())}")
+    return ready_made
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RecipeError(f"{path}: this recipe cannot be read: {error.strerror}.") from error
+    except UnicodeDecodeError as error:
+        raise RecipeError(f"{path}: a recipe must be UTF-8 text: {error}.") from error
+    except tomllib.TOMLDecodeError as error:
+        raise RecipeError(f"{path}: this is not valid TOML: {error}.") from error
+
+
+def _parse_setting(setting: str) -> tuple[str, str, Any]:
+    """Split ``section.key=value``; the value is TOML, or else a bare word."""
+    place, equals, text = setting.partition("=")
+    section, dot, key = place.strip().partition(".")
+    if not (equals and dot and section and key):
+        raise RecipeError(
+            f"--set {setting}: give SECTION.KEY=VALUE, such as tracker.learning_rate=0.01."
+        )
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        value = text.strip()
+    return section, key, value
+
+
+def _check_names(document: Mapping[str, Any], origin: str) -> None:
+    for section, values in document.items():
+        if section not in _SECTIONS:
+            raise RecipeError(
+                f"{origin}: a recipe has no section {section!r}; {_nearest(section, [*_SECTIONS])}"
+            )
+        if not isinstance(values, Mapping):
+            raise RecipeError(f"{origin}: {section} must be a table of settings, not {values!r}.")
+        known = [f.name for f in fields(_SECTIONS[section])]
+        for key in values:
+            if key not in known:
+                raise RecipeError(
+                    f"{origin}: {section}.{key} is no setting; {_nearest(key, known)}"
+                )
+
+
+def _build(document: Mapping[str, Mapping[str, Any]], origin: str) -> Recipe:
+    built = {}
+    for section, values in document.items():
+        try:
+            # Through JSON, so that strict types hold and arrays become tuples.
+            text = json.dumps(values, default=str)
+            built[section] = TypeAdapter(_SECTIONS[section]).validate_json(text, strict=True)
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(str(part) for part in (section, *first["loc"]))
+            raise RecipeError(
+                f"{origin}: {place} = {first['input']!r} is not allowed: {first['msg']}."
+            ) from error
+        except (TrackingError, RecipeError) as error:
+            raise RecipeError(f"{origin}: {section}.{error}") from error
+    return Recipe(**built)
+
+
+def load_recipe(name: str | Path = "situp", settings: Sequence[str] = ()) -> Recipe:
+    """Load a recipe.
+
+    Parameters
+    ----------
+    name : str or Path
+        A ready-made recipe's name, or the path of a TOML file.
+    settings : sequence of str
+        ``"section.key=value"`` each, applied over the recipe.
+
+    Raises
+    ------
+    RecipeError
+        If the recipe is not there, is not valid TOML, or has an unknown section or key (the
+        nearest known one is named) or a value that is not allowed.
+    """
+    path = _find(name)
+    document = _read(path)
+    _check_names(document, str(path))
+    recipe = _build(document, str(path))
+    if not settings:
+        return recipe
+    merged: dict[str, dict[str, Any]] = {key: dict(value) for key, value in document.items()}
+    for setting in settings:
+        section, key, value = _parse_setting(setting)
+        _check_names({section: {key: value}}, f"--set {setting}")
+        merged.setdefault(section, {})[key] = value
+        recipe = _build(merged, f"--set {setting}")
+    return recipe

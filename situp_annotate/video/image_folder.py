@@ -1,0 +1,124 @@
+"""Folders of pictures, plain or in OTB's layout, as a source of frames."""
+
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from situp_annotate.errors import VideoFormatError, VideoIncompleteError
+from situp_annotate.types import Image
+
+__all__ = ["ImageFolderDecoder", "list_images", "natural_key"]
+
+IMAGE_SUFFIXES = frozenset({".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp"})
+
+
+def natural_key(text: str) -> tuple[tuple[str, int], ...]:
+    """Sort key that puts ``2`` before ``10``, whatever stands around the numbers."""
+    parts = re.findall(r"([^0-9]*)([0-9]*)", text.casefold())
+    return tuple((word, int(number or -1)) for word, number in parts)
+
+
+def list_images(folder: Path) -> list[Path]:
+    """List the pictures of a folder, or of its ``img`` (OTB's layout), in natural order.
+
+    Returns an empty list for a folder without pictures.
+    """
+    for place in (folder / "img", folder):
+        if place.is_dir():
+            found = [path for path in place.iterdir() if _is_image(path)]
+            if found:
+                # The plain name settles ties such as 1.png and 01.png.
+                return sorted(found, key=lambda path: (natural_key(path.name), path.name))
+    return []
+
+
+def _is_image(path: Path) -> bool:
+    hidden = path.name.startswith(".")
+    return path.suffix.lower() in IMAGE_SUFFIXES and not hidden and path.is_file()
+
+
+class ImageFolderDecoder:
+    """The pictures of a folder, one after another.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds the pictures, or an ``img`` with the pictures.
+
+    Raises
+    ------
+    VideoFormatError
+        If there are no pictures.
+    """
+
+    name = "images"
+
+    def __init__(self, folder: Path) -> None:
+        self.paths = list_images(folder)
+        if not self.paths:
+            raise VideoFormatError(
+                f"{folder}: the folder holds no pictures ({', '.join(sorted(IMAGE_SUFFIXES))}), "
+                "neither itself nor in img/; name a video file or a folder of pictures."
+            )
+        self.rotation_degrees = 0  # EXIF orientation is applied, picture by picture, in decoding
+        self._folder = folder
+        self._next = 0
+        self._image: Image | None = None
+
+    def advance(self) -> bool:
+        """Read the next picture.
+
+        Raises
+        ------
+        VideoIncompleteError
+            If it cannot be read.
+        """
+        if self._next == len(self.paths):
+            self._image = None
+            return False
+        path = self.paths[self._next]
+        image = _read_image(path, like=self._image)
+        if image is None:
+            raise VideoIncompleteError(
+                f"{self._folder}: picture {path.name} (frame {self._next} of {len(self.paths)}) "
+                "cannot be read; replace it or remove it."
+            )
+        self._image = image
+        self._next += 1
+        return True
+
+    @property
+    def time_ns(self) -> int | None:
+        """None: pictures in a folder carry no time."""
+        return None
+
+    @property
+    def size_hw(self) -> tuple[int, int]:
+        """Height and width of this picture in pixels, upright."""
+        height, width = self.image().shape[:2]
+        return height, width
+
+    def image(self) -> Image:
+        """Return this picture, upright: (h, w) where the first one is grey, else (h, w, 3)."""
+        assert self._image is not None, "advance() found a picture"
+        return self._image
+
+    def close(self) -> None:
+        """Free the picture."""
+        self._image = None
+
+
+def _read_image(path: Path, *, like: Image | None) -> Image | None:
+    if like is None:
+        flags = cv2.IMREAD_ANYCOLOR  # grey stays grey; 8 bit; EXIF orientation applied
+    else:
+        flags = cv2.IMREAD_GRAYSCALE if like.ndim == 2 else cv2.IMREAD_COLOR
+    try:
+        content = np.fromfile(path, dtype=np.uint8)
+        # imdecode, as imread does not open paths beyond ASCII on Windows.
+        decoded = cv2.imdecode(content, flags)
+    except (OSError, cv2.error):
+        return None
+    return None if decoded is None else np.ascontiguousarray(decoded, dtype=np.uint8)

@@ -1,0 +1,295 @@
+"""What a video file says of itself, and what its packets say: demuxed once, nothing decoded."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+import av
+from av.container import InputContainer
+from av.packet import Packet
+from av.stream import Disposition
+from av.video.stream import VideoStream
+
+from situp_annotate.errors import VideoEmptyError, VideoFormatError, VideoMissingError
+from situp_annotate.video.packet_times import PacketTimes
+from situp_annotate.video.size_watch import SizeWatch
+
+__all__ = ["Probe", "SizeChange", "open_container", "probe_video", "ticks_to_ns", "video_stream"]
+
+# Formats by which FFmpeg takes text files, lists of other files and single pictures for videos.
+_NO_VIDEO_FORMATS = frozenset({"concat", "dash", "hls", "image2", "sdp", "tty"})
+_DEFAULT_RATE = Fraction(25)
+_SANE_RATES = (Fraction(1, 60), Fraction(500))  # AVI headers may give the clock's rate, say 600
+_MAX_DENOMINATOR = 65_535
+_NS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class SizeChange:
+    """Where pictures change their size midway.
+
+    Attributes
+    ----------
+    frame : int
+        Index of the first picture of the new size, if all pictures before it decode.
+    time_ns : int or None
+        Its time from the start of the stream.
+    size_hw : tuple of int
+        New height and width as stored (not turned).
+    """
+
+    frame: int
+    time_ns: int | None
+    size_hw: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """What is known before decoding.
+
+    Attributes
+    ----------
+    codec, pixel_format : str
+        Names such as ``"h264"``, ``"yuv420p"``.
+    frame_count_from_header : int or None
+        What the container promises; often wrong.
+    coded_pictures : int
+        Packets that should give a picture each.
+    frame_rate : Fraction
+        Average pictures a second.
+    timestamps_usable : bool
+        Whether pictures carry times that put them in order.
+    usual_step_ns : int
+        Median time from picture to picture.
+    regular : bool
+        Whether nearly all steps are the usual one.
+    last_ns, end_ns : int or None
+        Time of the last picture that is in the file, and where that picture ends.
+    promised_end_ns : int or None
+        Where the pictures should end according to the header; None when it does not say.
+    pixel_aspect_ratio : Fraction
+        Width of a pixel over its height, as stored (not turned).
+    size_change : SizeChange or None
+        The first change of size.
+    """
+
+    codec: str
+    pixel_format: str
+    frame_count_from_header: int | None
+    coded_pictures: int
+    frame_rate: Fraction
+    timestamps_usable: bool
+    usual_step_ns: int
+    regular: bool
+    last_ns: int | None
+    end_ns: int | None
+    promised_end_ns: int | None
+    pixel_aspect_ratio: Fraction
+    size_change: SizeChange | None
+
+    @property
+    def grey(self) -> bool:
+        """Whether the stream has no colour."""
+        return self.pixel_format.startswith(("gray", "mono", "ya"))
+
+
+def ticks_to_ns(ticks: int, time_base: Fraction) -> int:
+    """Turn ticks of `time_base` seconds into nanoseconds, rounded."""
+    return round(ticks * time_base * _NS)
+
+
+def open_container(path: Path) -> InputContainer:
+    """Open a video file for demuxing.
+
+    Raises
+    ------
+    VideoMissingError
+        If there is no such file or it cannot be read.
+    VideoFormatError
+        If it is no video.
+    """
+    try:
+        # A playlist must not make FFmpeg fetch anything.
+        container = av.open(str(path), options={"protocol_whitelist": "file"})
+    except (FileNotFoundError, PermissionError, IsADirectoryError) as error:
+        raise VideoMissingError(
+            f"{path}: the video cannot be read ({error.strerror}); correct the path or its "
+            "permissions."
+        ) from error
+    except (av.FFmpegError, OSError) as error:
+        raise VideoFormatError(
+            f"{path}: not a video that FFmpeg can read ({error.strerror}); it may be another kind "
+            "of file, or a recording that was cut off before its index was written. Replace it or "
+            "convert it anew."
+        ) from error
+    name = container.format.name
+    if name in _NO_VIDEO_FORMATS or name.endswith("_pipe"):
+        container.close()
+        raise VideoFormatError(
+            f"{path}: not a video but a text, a list of files or a single picture (FFmpeg takes it "
+            f"for {name!r}); name a video file or a folder of pictures."
+        )
+    return container
+
+
+def video_stream(container: InputContainer, path: Path) -> VideoStream:
+    """Return the stream of moving pictures, the one that OpenCV chooses too.
+
+    Raises
+    ------
+    VideoFormatError
+        If there is none; a cover picture does not count.
+    """
+    stream = container.streams.best("video")
+    if not isinstance(stream, VideoStream) or stream.disposition & Disposition.attached_pic:
+        raise VideoFormatError(
+            f"{path}: the file holds no video stream, only "
+            f"{', '.join(sorted({stream.type for stream in container.streams})) or 'nothing'}; "
+            "name a file with moving pictures."
+        )
+    return stream
+
+
+def probe_video(path: Path) -> Probe:
+    """Read all packets of a video file once, without decoding them.
+
+    Parameters
+    ----------
+    path : Path
+        An absolute path.
+
+    Raises
+    ------
+    VideoMissingError
+        If there is no such file or it cannot be read.
+    VideoFormatError
+        If it is no video, or has no video stream.
+    VideoEmptyError
+        If there is a video stream without a single packet.
+    """
+    with open_container(path) as container:
+        stream = video_stream(container, path)
+        survey = _survey(container, stream)
+        if survey.times.count == 0:
+            raise VideoEmptyError(
+                f"{path}: the video stream holds no picture at all; record or convert it anew."
+            )
+        return _conclude(container, stream, survey)
+
+
+@dataclass(slots=True)
+class _Survey:
+    """Running figures of one pass over the packets."""
+
+    times: PacketTimes = field(default_factory=PacketTimes)
+    first_key_pts: int | None = None
+    keyframe_seen: bool = False
+    undecodable: int = 0
+    size_change: SizeChange | None = None
+
+    def count(self, pts: int | None, dts: int | None, duration: int) -> None:
+        """Take in one coded picture."""
+        if not self.keyframe_seen:
+            self.undecodable += 1  # builds on a keyframe that is not in the file
+        elif pts is not None and self.first_key_pts is not None and pts < self.first_key_pts:
+            self.undecodable += 1  # stored after the first keyframe, built on the one before it
+        self.times.add(pts, dts, duration)
+
+
+def _survey(container: InputContainer, stream: VideoStream) -> _Survey:
+    survey = _Survey()
+    watch = SizeWatch(stream)
+    vp8 = stream.codec_context.codec.canonical_name == "vp8"
+    for packet in _packets(container, stream):
+        pts, dts, duration = packet.pts, packet.dts, packet.duration or 0
+        if packet.is_keyframe and not survey.keyframe_seen:
+            survey.keyframe_seen, survey.first_key_pts = True, pts
+        if packet.is_discard or packet.size == 0 or (vp8 and not memoryview(packet)[0] & 0x10):
+            continue  # hidden by an edit list, a dropped picture, a reference that is not shown
+        size_hw = watch.look(packet) if survey.size_change is None else None
+        if size_hw is not None:
+            time_ns = None if pts is None else _since_start_ns(pts, stream)
+            survey.size_change = SizeChange(survey.times.count, time_ns, size_hw)
+        survey.count(pts, dts, duration)
+    survey.times.finish()
+    return survey
+
+
+def _packets(container: InputContainer, stream: VideoStream) -> Iterator["Packet[VideoStream]"]:
+    packets = container.demux(stream)
+    while True:
+        try:
+            yield next(packets)
+        except (StopIteration, av.FFmpegError):
+            return  # the file ends here, in good order or cut off
+
+
+def _since_start_ns(pts: int, stream: VideoStream) -> int:
+    return ticks_to_ns(pts - (stream.start_time or 0), stream.time_base or Fraction(1, 1000))
+
+
+def _conclude(container: InputContainer, stream: VideoStream, survey: _Survey) -> Probe:
+    times, context = survey.times, stream.codec_context
+    # AVI stores decoding order only; what FFmpeg makes of it fails where pictures are reordered.
+    is_avi = container.format.name == "avi"
+    usable = times.usable and not (is_avi and context.has_b_frames)
+    rate = _frame_rate(stream, times)
+    last, end = times.last, times.end
+    step = times.usual_step
+    time_base = stream.time_base or Fraction(1, 1000)
+    return Probe(
+        codec=context.codec.canonical_name,
+        pixel_format=context.pix_fmt or "unknown",
+        frame_count_from_header=stream.frames or None,
+        coded_pictures=times.count - survey.undecodable,
+        frame_rate=rate,
+        timestamps_usable=usable,
+        usual_step_ns=round(_NS / rate) if step is None else ticks_to_ns(step, time_base),
+        regular=usable and times.regular,
+        last_ns=None if last is None else _since_start_ns(last, stream),
+        end_ns=None if end is None else _since_start_ns(end, stream),
+        # A stream without times has a length only by an estimate from its bit rate.
+        promised_end_ns=_promised_end_ns(container, stream) if usable or is_avi else None,
+        pixel_aspect_ratio=stream.sample_aspect_ratio or Fraction(1),
+        size_change=survey.size_change,
+    )
+
+
+def _frame_rate(stream: VideoStream, times: PacketTimes) -> Fraction:
+    """Average pictures a second: by the packets' times, else by the header, else 25."""
+    from_header = stream.guessed_rate or stream.average_rate
+    if from_header is not None and not _SANE_RATES[0] <= from_header <= _SANE_RATES[1]:
+        from_header = None
+    per_tick = times.pictures_per_tick
+    if per_tick is not None and stream.time_base:
+        measured = per_tick / stream.time_base
+    elif stream.duration and stream.time_base:
+        measured = times.count / (stream.duration * stream.time_base)
+    else:
+        return from_header or _DEFAULT_RATE
+    # Times in whole milliseconds make 29.9966 of 30000/1001.
+    if from_header is not None and abs(measured / from_header - 1) < Fraction(1, 500):
+        return from_header
+    return measured.limit_denominator(_MAX_DENOMINATOR)
+
+
+def _promised_end_ns(container: InputContainer, stream: VideoStream) -> int | None:
+    """Where the pictures should end, from the stream's start, by the header."""
+    start_ns = ticks_to_ns(stream.start_time or 0, stream.time_base or Fraction(1, 1000))
+    whole_ns = None if container.duration is None else container.duration * 1000
+    if stream.duration is not None and stream.time_base is not None:
+        if container.format.name == "avi" and stream.frames:
+            # FFmpeg shortens the duration of an AVI that was cut off. Its header counts ticks.
+            return ticks_to_ns(stream.frames, stream.time_base)
+        return ticks_to_ns(stream.duration, stream.time_base)
+    # Matroska counts from the file's zero, and its container is as long as its longest stream.
+    for key, value in stream.metadata.items():
+        match = re.fullmatch(r"(\d+):(\d+):(\d+(?:\.\d+)?)", value)
+        if key.upper().startswith("DURATION") and match:
+            hours, minutes, seconds = match.groups()
+            whole = int(hours) * 3600 + int(minutes) * 60 + Fraction(seconds)
+            return round(whole * _NS) - start_ns
+    alone = len(container.streams) == 1
+    return whole_ns - start_ns if alone and whole_ns is not None else None

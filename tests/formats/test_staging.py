@@ -1,0 +1,94 @@
+"""Folders and files that appear whole or not at all."""
+
+import pytest
+
+from situp_annotate.errors import OutputError
+from situp_annotate.formats.staging import discard_staging, staged_folder, write_whole
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_folder_appears_when_done(tmp_path):
+    with staged_folder(tmp_path / "video", replaceable=None) as folder:
+        (folder / "a.csv").write_text("a")
+        assert not (tmp_path / "video").exists()
+    assert names(tmp_path) == ["video"]
+    assert names(tmp_path / "video") == ["a.csv"]
+
+
+def test_nothing_is_left_of_a_failure(tmp_path):
+    with (
+        pytest.raises(ZeroDivisionError),
+        staged_folder(tmp_path / "video", replaceable=None) as folder,
+    ):
+        (folder / "a.csv").write_text("a")
+        raise ZeroDivisionError
+    assert names(tmp_path) == []
+
+
+def test_what_is_there_stays_unless_replacing_was_asked_for(tmp_path):
+    target = tmp_path / "video"
+    target.mkdir()
+    (target / "a.csv").write_text("old")
+    with pytest.raises(OutputError, match="--overwrite"), staged_folder(target, replaceable=None):
+        pass
+    assert (target / "a.csv").read_text() == "old"
+    with staged_folder(target, replaceable=frozenset({"a.csv"})) as folder:
+        (folder / "b.csv").write_text("new")
+    assert names(tmp_path) == ["video"]
+    assert names(target) == ["b.csv"]
+
+
+def test_replacing_spares_what_somebody_else_put_there(tmp_path):
+    target = tmp_path / "video"
+    target.mkdir()
+    (target / "notes.txt").write_text("mine")
+    with (
+        pytest.raises(OutputError, match=r"notes\.txt"),
+        staged_folder(target, replaceable=frozenset({"a.csv"})),
+    ):
+        pass
+    assert names(target) == ["notes.txt"]
+
+
+def test_failed_replacement_keeps_the_old(tmp_path):
+    target = tmp_path / "video"
+    target.mkdir()
+    (target / "a.csv").write_text("old")
+    with (
+        pytest.raises(ZeroDivisionError),
+        staged_folder(target, replaceable=frozenset({"a.csv"})) as folder,
+    ):
+        (folder / "a.csv").write_text("half of the new")
+        raise ZeroDivisionError
+    assert (target / "a.csv").read_text() == "old"
+    assert names(tmp_path) == ["video"]
+
+
+def test_place_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "file").touch()
+    target = tmp_path / "file" / "video"
+    with pytest.raises(OutputError, match="cannot write here"), staged_folder(
+        target, replaceable=None
+    ):
+        pass
+    with pytest.raises(OutputError, match="cannot write here"):
+        write_whole(target, "text")
+
+
+def test_leftovers_of_a_killed_process_go(tmp_path):
+    staging = tmp_path / ".video.partial"
+    staging.mkdir()
+    (staging / "half").touch()
+    discard_staging(tmp_path / "video")
+    assert names(tmp_path) == []
+
+
+def test_text_is_replaced_whole(tmp_path):
+    path = tmp_path / "new" / "batch.json"
+    write_whole(path, "first")
+    write_whole(path, "zweitens ✓")
+    assert path.read_text(encoding="utf-8") == "zweitens ✓"
+    assert names(path.parent) == ["batch.json"]

@@ -1,0 +1,228 @@
+"""Many videos at once: each is an outcome of its own."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from support.media import truncate, write_empty_video, write_video
+
+from situp_annotate.batch import annotate_batch
+from situp_annotate.errors import OutputError
+from situp_annotate.formats.manifest import dump_manifest
+from situp_annotate.outcomes import VideoFailure, VideoReport
+from situp_annotate.recipe import Recipe, load_recipe
+from situp_annotate.types import BoundingBox, Keyframe, Track, VideoJob
+
+CSV_ONLY = ["--recipe", "csv_only"]
+
+
+def job_of(path, video_id=None):
+    track = Track(1, "thing", (Keyframe(0, BoundingBox(8, 8, 24, 24)),))
+    return VideoJob(video_id or path.stem, path, (track,))
+
+
+@pytest.fixture(scope="module")
+def clips(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("clips")
+    return [write_video(folder / f"{name}.mp4", count=8 + 4 * place) for place, name in enumerate("abc")]
+
+
+@pytest.fixture(scope="module")
+def damaged(tmp_path_factory):
+    """One of every kind that a folder of real videos holds, and one good."""
+    folder = tmp_path_factory.mktemp("damaged")
+    write_video(folder / "good.mp4", count=12)
+    faststart = {"movflags": "+faststart"}
+    whole = write_video(folder / "whole.mp4", count=60, gop=1, container_options=faststart)
+    truncate(whole, folder / "truncated.mp4", 0.6)
+    whole.unlink()
+    write_video(folder / "av1.mp4", codec="libsvtav1", count=12)
+    (folder / "text.mp4").write_text("I am no video.\n" * 50)
+    write_empty_video(folder / "empty.mp4")
+    names = ("good", "truncated", "av1", "text", "missing", "empty")
+    return [job_of(folder / f"{name}.mp4") for name in names]
+
+
+def contents(folder):
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.name in {"mot.csv", "annotations.mcap"}
+    }
+
+
+def test_one_bad_video_never_costs_another(damaged, tmp_path):
+    report = annotate_batch(damaged, tmp_path / "out")
+    outcomes = {outcome.id: outcome for outcome in report.outcomes}
+    assert list(outcomes) == [job.id for job in damaged]
+    kinds = {id_: outcome.kind for id_, outcome in outcomes.items() if isinstance(outcome, VideoFailure)}
+    assert kinds == {
+        "truncated": "incomplete",
+        "text": "not_a_video",
+        "missing": "missing",
+        "empty": "no_frames",
+    }
+    for id_ in kinds:
+        assert f"{id_}.mp4" in outcomes[id_].message
+    assert outcomes["good"].frames == outcomes["av1"].frames == 12
+    assert report.exit_code == 1
+    left = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert left == ["av1", "batch.json", "good"]
+    for name in ("av1", "good"):
+        assert len(list((tmp_path / "out" / name).iterdir())) == 4
+
+
+def test_batch_json_tells_all(damaged, tmp_path):
+    report = annotate_batch(damaged, tmp_path, load_recipe("csv_only"), executor="serial")
+    written = json.loads((tmp_path / "batch.json").read_text())
+    assert written == json.loads(json.dumps(report.as_dict()))
+    assert (written["succeeded"], written["failed"], written["interrupted"]) == (2, 4, False)
+    assert [video["status"] for video in written["videos"]] == [
+        "ok", "failed", "ok", "failed", "failed", "failed",
+    ]  # fmt: skip
+
+
+def test_results_do_not_depend_on_the_number_of_workers(clips, tmp_path):
+    jobs = [job_of(clip) for clip in clips]
+    annotate_batch(jobs, tmp_path / "serial", executor="serial")
+    annotate_batch(jobs, tmp_path / "one", workers=1)
+    annotate_batch(jobs, tmp_path / "three", workers=3)
+    reference = contents(tmp_path / "serial")
+    assert len(reference) == 6
+    assert contents(tmp_path / "one") == reference
+    assert contents(tmp_path / "three") == reference
+
+
+def test_progress_ends_with_every_frame(clips, tmp_path):
+    seen = []
+    annotate_batch(
+        [job_of(clip) for clip in clips], tmp_path, load_recipe("csv_only"), on_progress=seen.append
+    )
+    assert (seen[-1].videos_done, seen[-1].videos) == (3, 3)
+    assert seen[-1].frames_done == seen[-1].frames_expected == 8 + 12 + 16
+    frames = [progress.frames_done for progress in seen]
+    assert frames == sorted(frames)
+
+
+def test_what_is_there_stops_the_batch_before_any_work(clips, tmp_path):
+    (tmp_path / "b").mkdir()
+    with pytest.raises(OutputError, match="b is already there"):
+        annotate_batch([job_of(clip) for clip in clips], tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["b"]
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match="must be a folder"):
+        annotate_batch([job_of(clips[0])], tmp_path / "file")
+
+
+def test_overwrite_replaces(clips, tmp_path):
+    recipe = load_recipe("csv_only")
+    for _ in range(2):
+        report = annotate_batch([job_of(clips[0])], tmp_path, recipe, overwrite=True)
+        assert report.exit_code == 0
+
+
+def test_a_video_that_crashes_its_process_is_one_outcome(clips, tmp_path):
+    """A decoder that dies for real: the first worker to see the video is killed."""
+    recipe = load_recipe("csv_only")
+    script = tmp_path / "crash.py"
+    jobs = [job_of(clip) for clip in clips]
+    script.write_text(
+        "import os, signal\n"
+        "from pathlib import Path\n"
+        "import situp_annotate.pipeline as pipeline\n"
+        "import situp_annotate.batch as batch\n"
+        "from situp_annotate.recipe import load_recipe\n"
+        "from tests_jobs import JOBS\n"
+        "real = pipeline.open_video\n"
+        "def deadly(path, **options):\n"
+        "    if path.stem == 'b':\n"
+        "        os.kill(os.getpid(), signal.SIGSEGV)\n"
+        "    return real(path, **options)\n"
+        "pipeline.open_video = deadly\n"
+        "if __name__ == '__main__':\n"
+        f"    report = batch.annotate_batch(JOBS, {str(tmp_path / 'out')!r}, load_recipe('csv_only'))\n"
+        "    print([(o.id, getattr(o, 'kind', 'ok')) for o in report.outcomes])\n"
+    )
+    (tmp_path / "tests_jobs.py").write_text(
+        "from pathlib import PosixPath\n"
+        "from situp_annotate.types import *\n"
+        f"JOBS = {jobs!r}\n"
+    )
+    assert recipe != Recipe()
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[('a', 'ok'), ('b', 'crashed'), ('c', 'ok')]"
+    assert "SIGSEGV" in (tmp_path / "out" / "batch.json").read_text()
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["a", "batch.json", "c"]
+
+
+def run_command(*arguments, **options):
+    command = [sys.executable, "-m", "situp_annotate", "run", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **options)
+
+
+def manifest_of(jobs, folder, name="manifest.json"):
+    path = folder / name
+    path.write_text(dump_manifest(jobs, folder))
+    return path
+
+
+def test_command_ends_with_a_table_and_its_exit_code(damaged, tmp_path):
+    folder = damaged[0].path.parent
+    manifest = manifest_of(damaged, folder)
+    done = run_command(manifest, "--output", tmp_path / "out", *CSV_ONLY)
+    assert done.returncode == 1, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0].split() == [
+        "video", "status", "frames", "frames/s", "tracks", "boxes", "confidence", "notes",
+    ]  # fmt: skip
+    assert lines[1].split()[:3] == ["good", "ok", "12"]
+    assert "failed: incomplete" in lines[2]
+    assert lines[-1].startswith("2 of 6 videos annotated")
+    assert done.stderr == ""  # no progress bar where there is no terminal
+    good = manifest_of(damaged[:1], folder, "good.json")
+    assert run_command(good, "--output", tmp_path / "good", *CSV_ONLY).returncode == 0
+    again = run_command(good, "--output", tmp_path / "good", *CSV_ONLY)
+    assert again.returncode == 5
+    assert "--overwrite" in again.stderr
+
+
+def test_command_refuses_bad_recipes(damaged, tmp_path):
+    manifest = manifest_of(damaged[:1], damaged[0].path.parent)
+    done = run_command(manifest, "--output", tmp_path / "out", "--set", "tracker.padding=0")
+    assert (done.returncode, done.stdout) == (4, "")
+    assert "padding = 0.0 is not allowed" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_interrupt_keeps_what_is_complete_and_leaves_no_process(tmp_path):
+    clip = write_video(tmp_path / "long.mp4", count=4000, size_hw=(240, 320))
+    short = write_video(tmp_path / "short.mp4", count=3)
+    manifest = manifest_of([job_of(short), job_of(clip)], tmp_path)
+    output = tmp_path / "out"
+    command = [sys.executable, "-m", "situp_annotate", "run", str(manifest), "--output", str(output)]
+    with subprocess.Popen(command, start_new_session=True, stderr=subprocess.PIPE) as process:
+        for _ in range(600):
+            if (output / "short").exists() and (output / ".long.partial").exists():
+                break
+            time.sleep(0.1)
+        os.killpg(process.pid, signal.SIGINT)
+        _, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130, stderr
+    assert sorted(path.name for path in output.iterdir()) == ["batch.json", "short"]
+    written = json.loads((output / "batch.json").read_text())
+    assert written["interrupted"]
+    assert [video["id"] for video in written["videos"]] == ["short"]
+    with pytest.raises(ProcessLookupError):
+        os.killpg(process.pid, 0)
+
+
+def test_reports_are_values(clips, tmp_path):
+    report = annotate_batch([job_of(clips[0])], tmp_path, load_recipe("csv_only"), workers=1)
+    (outcome,) = report.outcomes
+    assert isinstance(outcome, VideoReport)
+    assert report.workers == 1

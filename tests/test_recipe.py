@@ -1,0 +1,106 @@
+"""Recipes: what is ready-made, what is refused, and that the defaults stand in one place."""
+
+import tomllib
+from dataclasses import asdict
+
+import pytest
+
+from situp_annotate.errors import RecipeError
+from situp_annotate.recipe import Recipe, _folder, load_recipe, recipe_names
+from situp_annotate.tracking import TrackerParams
+
+
+def test_situp_equals_the_defaults():
+    assert load_recipe() == Recipe()
+
+
+def test_situp_spells_out_every_setting_of_the_tracker():
+    document = tomllib.loads((_folder() / "situp.toml").read_text())
+    settings = {name for name, value in asdict(TrackerParams()).items() if value is not None}
+    assert set(document["tracker"]) == settings
+
+
+def test_every_ready_made_recipe_loads():
+    assert recipe_names() == ["csv_only", "overlay", "situp"]
+    for name in recipe_names():
+        load_recipe(name)
+
+
+def test_csv_only_writes_nothing_else():
+    outputs = load_recipe("csv_only").outputs
+    assert (outputs.mot, outputs.mcap, outputs.overlay) == (True, False, False)
+
+
+def test_recipe_of_ones_own(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("[tracker]\nlearning_rate = 0.02\nscale_factors = [1]\n")
+    recipe = load_recipe(path)
+    assert recipe.tracker == TrackerParams(learning_rate=0.02, scale_factors=(1.0,))
+
+
+def test_settings_win_over_the_recipe():
+    recipe = load_recipe(
+        "csv_only",
+        ["tracker.learning_rate=0.01", "outputs.mcap = true", "decoding.incomplete=keep",
+         "tracker.scale_factors=[1.0, 1.1]"],
+    )  # fmt: skip
+    assert recipe.tracker.learning_rate == 0.01
+    assert recipe.tracker.scale_factors == (1.0, 1.1)
+    assert recipe.outputs.mcap
+    assert not recipe.outputs.overlay
+    assert recipe.decoding.incomplete == "keep"
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (["tracker.learning_rat=0.01"], "did you mean 'learning_rate'"),
+        (["traker.learning_rate=0.01"], "did you mean 'tracker'"),
+        (["tracker.learning_rate=2"], "learning_rate = 2.0 is not allowed: give from 0 to 1"),
+        (["tracker.learning_rate=fast"], "tracker.learning_rate = 'fast' is not allowed"),
+        (["tracker.learning_rate=true"], "tracker.learning_rate = True is not allowed"),
+        (["tracker.learning_rate=nan"], "is not allowed"),
+        (["tracker.learning_rate"], "give SECTION.KEY=VALUE"),
+        (["learning_rate=1"], "give SECTION.KEY=VALUE"),
+        (["decoding.incomplete=maybe"], "'fail' or 'keep'"),
+        (["outputs.mot=1"], "outputs.mot = 1 is not allowed"),
+        (["mot.pixel_origin=2"], "mot.pixel_origin = 2 is not allowed"),
+        (["overlay.crf=99"], "crf"),
+    ],
+)
+def test_bad_settings_are_refused(settings, words):
+    with pytest.raises(RecipeError) as caught:
+        load_recipe("situp", settings)
+    assert words in str(caught.value)
+    assert str(caught.value).startswith(f"--set {settings[-1]}")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[tracker]\npading = 2", "did you mean 'padding'"),
+        ("[trackers]\n", "did you mean 'tracker'"),
+        ("tracker = 3", "must be a table"),
+        ("[tracker\n", "not valid TOML"),
+        ("[tracker]\npadding = 1979-05-27", "padding"),
+    ],
+)
+def test_bad_files_are_named(tmp_path, text, words):
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(RecipeError) as caught:
+        load_recipe(path)
+    assert words in str(caught.value)
+    assert str(caught.value).startswith(str(path))
+
+
+def test_missing_recipes_are_named(tmp_path):
+    with pytest.raises(RecipeError, match="did you mean 'csv_only'"):
+        load_recipe("csvonly")
+    with pytest.raises(RecipeError, match="cannot be read"):
+        load_recipe(tmp_path / "none.toml")
+
+
+def test_hash_follows_the_values_not_the_way_they_were_set():
+    assert load_recipe("situp", ["outputs.mcap=false"]).sha256 != Recipe().sha256
+    assert load_recipe("situp", ["outputs.mcap=true"]).sha256 == Recipe().sha256
