@@ -1,0 +1,170 @@
+"""Draw labels on a picture: boxes, tags, marks; legible from 320×240 to 4K."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from PIL import Image as Pillow
+from PIL import ImageDraw, ImageFont
+
+from situp_annotate.formats.appearance import caption, track_color
+from situp_annotate.types import BoundingBox, Image, Provenance, State, Track, TrackPoint
+
+__all__ = ["draw_labels"]
+
+Color = tuple[int, int, int]
+"""Blue, green, red, as OpenCV draws."""
+
+_DARK: Color = (20, 20, 20)
+_LIGHT: Color = (255, 255, 255)
+_WIDE_FONTS = ("NotoSansCJK-Regular.ttc", "DejaVuSans.ttf", "NotoSans-Regular.ttf", "arial.ttf")
+_FAR = 100_000
+"""Pixels; a box may lie anywhere, OpenCV's integers may not."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Pen:
+    """Sizes in pixels that suit a picture."""
+
+    line: int
+    font: int
+    margin: int
+
+    @classmethod
+    def for_picture(cls, height: int, width: int) -> "_Pen":
+        side = min(height, width)
+        font = max(11, round(side / 30))
+        return cls(line=max(1, round(side / 300)), font=font, margin=max(2, font // 5))
+
+
+@lru_cache(maxsize=16)
+def _font(size: int, *, ascii_only: bool) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    """Pillow's own font, the same everywhere; it knows ASCII only, so the system's for the rest."""
+    for name in () if ascii_only else _WIDE_FONTS:
+        with suppress(OSError):
+            return ImageFont.truetype(name, size)
+    return ImageFont.load_default(size)
+
+
+@lru_cache(maxsize=2048)
+def _text_mask(text: str, size: int) -> npt.NDArray[np.float32]:
+    """Coverage of a line of text, (height, width, 1), 0–1; all lines of a size are as high."""
+    font = _font(size, ascii_only=text.isascii())
+    width = max(1, round(font.getlength(text)))
+    canvas = Pillow.new("L", (width, round(1.25 * size)))
+    ImageDraw.Draw(canvas).text((0, 0), text, fill=255, font=font)
+    return np.asarray(canvas, np.float32)[:, :, np.newaxis] / 255
+
+
+def _blue_green_red(track_id: int) -> Color:
+    red, green, blue = track_color(track_id)
+    return blue, green, red
+
+
+def _ink_on(color: Color) -> Color:
+    blue, green, red = color
+    return _DARK if 0.114 * blue + 0.587 * green + 0.299 * red > 128 else _LIGHT
+
+
+def _draw_tag(image: Image, text: str, corner_xy: tuple[int, int], pen: _Pen, color: Color) -> None:
+    """Fill a tag at a corner, cut off at the picture's edges, and write on it."""
+    mask = np.pad(_text_mask(text, pen.font), ((0, 0), (pen.margin, pen.margin), (0, 0)))
+    x, y = corner_xy
+    area = image[y : y + mask.shape[0], x : x + mask.shape[1]]
+    mask = mask[: area.shape[0], : area.shape[1]]
+    area[:] = np.asarray(color) * (1 - mask) + np.asarray(_ink_on(color)) * mask
+
+
+def _tag_corner(
+    box: BoundingBox, tag_hw: tuple[int, int], picture_hw: tuple[int, int]
+) -> tuple[int, int]:
+    """Above the box; else below; else inside; always within the picture."""
+    tag_height, tag_width = tag_hw
+    height, width = picture_hw
+    above, below = box.y - tag_height, box.bottom
+    y = above if above >= 0 else below if below + tag_height <= height else max(box.y, 0)
+    x = min(max(box.x, 0), width - tag_width)
+    return max(round(x), 0), max(min(round(y), height - tag_height), 0)
+
+
+def _edges(box: BoundingBox) -> tuple[int, int, int, int]:
+    """First and last column and row of the outline."""
+    left, top, right, bottom = (
+        round(min(max(value, -_FAR), _FAR))
+        for value in (box.x, box.y, box.right - 1, box.bottom - 1)
+    )
+    return left, top, max(right, left), max(bottom, top)
+
+
+def _draw_dashes(image: Image, edges: tuple[int, int, int, int], pen: _Pen, color: Color) -> None:
+    left, top, right, bottom = edges
+    height, width = image.shape[:2]
+    dash = 5 * pen.line
+    for start in range(max(left, -dash), min(right, width), 2 * dash):
+        for y in (top, bottom):
+            cv2.line(image, (start, y), (min(start + dash, right), y), color, pen.line)
+    for start in range(max(top, -dash), min(bottom, height), 2 * dash):
+        for x in (left, right):
+            cv2.line(image, (x, start), (x, min(start + dash, bottom)), color, pen.line)
+
+
+def _draw_handles(image: Image, edges: tuple[int, int, int, int], pen: _Pen, color: Color) -> None:
+    """Filled squares on the corners, as on a box that is being edited."""
+    left, top, right, bottom = edges
+    reach = 2 * pen.line + 1
+    for x in (left, right):
+        for y in (top, bottom):
+            near, far = (x - reach, y - reach), (x + reach, y + reach)
+            cv2.rectangle(image, near, far, color, cv2.FILLED)
+            cv2.rectangle(image, near, far, _DARK, 1)
+
+
+def _draw_point(image: Image, track: Track, point: TrackPoint, pen: _Pen) -> None:
+    color, edges = _blue_green_red(track.id), _edges(point.box)
+    if point.state is State.OCCLUDED:
+        _draw_dashes(image, edges, pen, color)
+    else:
+        cv2.rectangle(image, edges[:2], edges[2:], _DARK, pen.line + 2)
+        cv2.rectangle(image, edges[:2], edges[2:], color, pen.line)
+    if point.provenance is Provenance.HUMAN:
+        _draw_handles(image, edges, pen, color)
+    text = caption(track, point)
+    picture_hw = (image.shape[0], image.shape[1])
+    if point.box.intersects(picture_hw[1], picture_hw[0]):
+        tag_height, text_width, _ = _text_mask(text, pen.font).shape
+        corner = _tag_corner(point.box, (tag_height, text_width + 2 * pen.margin), picture_hw)
+        _draw_tag(image, text, corner, pen, color)
+
+
+def draw_labels(image: Image, frame_index: int, pairs: Sequence[tuple[Track, TrackPoint]]) -> Image:
+    """Draw the labels of a frame, and its number in the corner.
+
+    Parameters
+    ----------
+    image : Image
+        The picture, grey or colour; not changed.
+    frame_index : int
+        Index in decode order, from 0; written at the bottom left.
+    pairs : sequence of (Track, TrackPoint)
+        What to draw. A person's boxes have handles on their corners and say "key", occluded
+        ones are dashed.
+
+    Returns
+    -------
+    Image
+        (height, width, 3), in the order B, G, R.
+    """
+    drawn = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image.copy()
+    picture = np.asarray(drawn, np.uint8)
+    height, width = picture.shape[:2]
+    pen = _Pen.for_picture(height, width)
+    for track, point in pairs:
+        _draw_point(picture, track, point, pen)
+    number = f"frame {frame_index}"
+    line_height = _text_mask(number, pen.font).shape[0]
+    _draw_tag(picture, number, (0, max(height - line_height, 0)), pen, _DARK)
+    return picture

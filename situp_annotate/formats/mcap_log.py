@@ -1,0 +1,171 @@
+"""The MCAP log of a video: boxes for viewers, states for plots, remarks, and where it all is from.
+
+Topics share a prefix that leaves ``/camera/video`` free for the picture, which viewers pair with
+``/camera/annotations`` by prefix and by equal timestamps.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.Point2_pb2 import Point2
+from foxglove_schemas_protobuf.PointsAnnotation_pb2 import PointsAnnotation
+from google.protobuf.timestamp_pb2 import Timestamp
+from mcap.writer import CompressionType, Writer
+from mcap_protobuf.schema import register_schema
+
+from situp_annotate.formats.appearance import caption, track_color
+from situp_annotate.formats.track_states import TrackStates, track_states
+from situp_annotate.types import BoundingBox, Frame, Provenance, Track, TrackPoint, VideoInfo
+
+__all__ = ["ANNOTATIONS_TOPIC", "LOG_TOPIC", "METADATA_NAME", "TRACKS_TOPIC", "McapSink"]
+
+ANNOTATIONS_TOPIC = "/camera/annotations"
+TRACKS_TOPIC = "/tracks"
+LOG_TOPIC = "/log"
+METADATA_NAME = "situp-annotate"
+
+_NS = 1_000_000_000
+_MEDIA_TYPES = {".csv": "text/csv", ".json": "application/json"}
+_TEXT_BACKGROUND = Color(r=0.08, g=0.08, b=0.08, a=0.75)
+
+
+def _timestamp(pts_ns: int) -> Timestamp:
+    seconds, nanos = divmod(pts_ns, _NS)
+    return Timestamp(seconds=seconds, nanos=nanos)
+
+
+def _corners(box: BoundingBox) -> list[Point2]:
+    return [
+        Point2(x=box.x, y=box.y),
+        Point2(x=box.right, y=box.y),
+        Point2(x=box.right, y=box.bottom),
+        Point2(x=box.x, y=box.bottom),
+    ]
+
+
+class McapSink:
+    """Writes ``annotations.mcap``.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    info : VideoInfo
+        The video; sizes of lines and text follow its height.
+    tracks : sequence of Track
+        Every track whose points may come.
+    metadata : mapping of str to str
+        Goes into the record ``situp-annotate``, with ``frame_count`` added.
+    attachments : mapping of str to Path or bytes
+        Files to attach, by name; paths are read when the log is finished.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        info: VideoInfo,
+        tracks: Sequence[Track],
+        metadata: Mapping[str, str],
+        attachments: Mapping[str, Path | bytes],
+    ) -> None:
+        self._source = info.path.name
+        self._tracks = {track.id: track for track in tracks}
+        self._metadata = metadata
+        self._attachments = attachments
+        self._thickness = max(1.0, info.height / 360)
+        self._font_size = max(10.0, info.height / 36)
+        self._frames = 0
+        self._last_ns = 0
+        self._file = path.open("wb")
+        self._writer = Writer(self._file, compression=CompressionType.ZSTD)
+        self._writer.start(library="situp-annotate")
+        self._channels = {
+            topic: self._writer.register_channel(
+                topic, "protobuf", register_schema(self._writer, message)
+            )
+            for topic, message in (
+                (ANNOTATIONS_TOPIC, ImageAnnotations),
+                (TRACKS_TOPIC, TrackStates),
+                (LOG_TOPIC, Log),
+            )
+        }
+
+    def write(self, frame: Frame, points: Sequence[TrackPoint]) -> None:
+        """Add one frame: annotations and states, empty ones too, so that old boxes vanish."""
+        if self._frames == 0:
+            count = len(self._tracks)
+            self._log(frame.pts_ns, Log.INFO, f"{self._source}: {count} tracks to propagate.")
+        for finding in frame.findings:
+            self._log(frame.pts_ns, Log.WARNING, finding.message)
+        pairs = [(self._tracks[point.track_id], point) for point in points]
+        self._add(ANNOTATIONS_TOPIC, self._annotations(frame, pairs), frame.pts_ns)
+        states = track_states(frame, pairs, _timestamp(frame.pts_ns))
+        self._add(TRACKS_TOPIC, states, frame.pts_ns)
+        self._frames += 1
+        self._last_ns = frame.pts_ns
+
+    def _annotations(self, frame: Frame, pairs: list[tuple[Track, TrackPoint]]) -> ImageAnnotations:
+        timestamp = _timestamp(frame.pts_ns)
+        message = ImageAnnotations(timestamp=timestamp)
+        for track, point in pairs:
+            red, green, blue = (level / 255 for level in track_color(track.id))
+            color = Color(r=red, g=green, b=blue, a=1.0)
+            thick = 2 if point.provenance is Provenance.HUMAN else 1
+            message.points.add(
+                timestamp=timestamp,
+                type=PointsAnnotation.LINE_LOOP,
+                points=_corners(point.box),
+                outline_color=color,
+                thickness=thick * self._thickness,
+            )
+            message.texts.add(
+                timestamp=timestamp,
+                position=Point2(x=point.box.x, y=point.box.y),
+                text=caption(track, point),
+                font_size=self._font_size,
+                text_color=color,
+                background_color=_TEXT_BACKGROUND,
+            )
+        return message
+
+    def _log(self, pts_ns: int, level: "Log.Level", text: str) -> None:
+        message = Log(timestamp=_timestamp(pts_ns), level=level, message=text, name=METADATA_NAME)
+        self._add(LOG_TOPIC, message, pts_ns)
+
+    def _add(self, topic: str, message: Any, pts_ns: int) -> None:  # noqa: ANN401
+        self._writer.add_message(
+            self._channels[topic],
+            log_time=pts_ns,
+            publish_time=pts_ns,
+            sequence=self._frames,
+            data=message.SerializeToString(),
+        )
+
+    def _finish(self) -> None:
+        self._log(self._last_ns, Log.INFO, f"{self._source}: {self._frames} frames labelled.")
+        for name, content in self._attachments.items():
+            data = content.read_bytes() if isinstance(content, Path) else content
+            media_type = _MEDIA_TYPES[Path(name).suffix]
+            self._writer.add_attachment(self._last_ns, self._last_ns, name, media_type, data)
+        record = {**self._metadata, "frame_count": str(self._frames)}
+        self._writer.add_metadata(METADATA_NAME, record)
+        self._writer.finish()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        with self._file:
+            if exc_type is None:
+                self._finish()
