@@ -18,7 +18,6 @@ from pathlib import Path
 import click
 import numpy as np
 import numpy.typing as npt
-from situp_annotate.formats.mot import read_mot
 
 from situp_annotate.evaluation import (
     OtbSequence,
@@ -29,6 +28,7 @@ from situp_annotate.evaluation import (
     read_boxes,
 )
 from situp_annotate.formats.manifest import dump_manifest
+from situp_annotate.formats.mot import read_mot
 from situp_annotate.types import Keyframe, Track, VideoJob
 
 _REFERENCE = "situp_authors"

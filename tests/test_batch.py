@@ -8,13 +8,13 @@ import sys
 import time
 
 import pytest
-from support.media import truncate, write_empty_video, write_video
+from support.media import truncate, write_av1, write_empty_video, write_video
 
 from situp_annotate.batch import annotate_batch
 from situp_annotate.errors import OutputError
 from situp_annotate.formats.manifest import dump_manifest
-from situp_annotate.outcomes import VideoFailure, VideoReport
-from situp_annotate.recipe import Recipe, load_recipe
+from situp_annotate.outcomes import VideoReport
+from situp_annotate.recipe import load_recipe
 from situp_annotate.types import BoundingBox, Keyframe, Track, VideoJob
 
 CSV_ONLY = ["--recipe", "csv_only"]
@@ -28,7 +28,8 @@ def job_of(path, video_id=None):
 @pytest.fixture(scope="module")
 def clips(tmp_path_factory):
     folder = tmp_path_factory.mktemp("clips")
-    return [write_video(folder / f"{name}.mp4", count=8 + 4 * place) for place, name in enumerate("abc")]
+    counts = {"a": 8, "b": 12, "c": 16}
+    return [write_video(folder / f"{name}.mp4", count=count) for name, count in counts.items()]
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +41,7 @@ def damaged(tmp_path_factory):
     whole = write_video(folder / "whole.mp4", count=60, gop=1, container_options=faststart)
     truncate(whole, folder / "truncated.mp4", 0.6)
     whole.unlink()
-    write_video(folder / "av1.mp4", codec="libsvtav1", count=12)
+    write_av1(folder / "av1.mp4", count=12)
     (folder / "text.mp4").write_text("I am no video.\n" * 50)
     write_empty_video(folder / "empty.mp4")
     names = ("good", "truncated", "av1", "text", "missing", "empty")
@@ -59,7 +60,7 @@ def test_one_bad_video_never_costs_another(damaged, tmp_path):
     report = annotate_batch(damaged, tmp_path / "out")
     outcomes = {outcome.id: outcome for outcome in report.outcomes}
     assert list(outcomes) == [job.id for job in damaged]
-    kinds = {id_: outcome.kind for id_, outcome in outcomes.items() if isinstance(outcome, VideoFailure)}
+    kinds = {failure.id: failure.kind for failure in report.failures}
     assert kinds == {
         "truncated": "incomplete",
         "text": "not_a_video",
@@ -127,7 +128,6 @@ def test_overwrite_replaces(clips, tmp_path):
 
 def test_a_video_that_crashes_its_process_is_one_outcome(clips, tmp_path):
     """A decoder that dies for real: the first worker to see the video is killed."""
-    recipe = load_recipe("csv_only")
     script = tmp_path / "crash.py"
     jobs = [job_of(clip) for clip in clips]
     script.write_text(
@@ -144,15 +144,13 @@ def test_a_video_that_crashes_its_process_is_one_outcome(clips, tmp_path):
         "    return real(path, **options)\n"
         "pipeline.open_video = deadly\n"
         "if __name__ == '__main__':\n"
-        f"    report = batch.annotate_batch(JOBS, {str(tmp_path / 'out')!r}, load_recipe('csv_only'))\n"
+        f"    out, recipe = {str(tmp_path / 'out')!r}, load_recipe('csv_only')\n"
+        "    report = batch.annotate_batch(JOBS, out, recipe)\n"
         "    print([(o.id, getattr(o, 'kind', 'ok')) for o in report.outcomes])\n"
     )
     (tmp_path / "tests_jobs.py").write_text(
-        "from pathlib import PosixPath\n"
-        "from situp_annotate.types import *\n"
-        f"JOBS = {jobs!r}\n"
+        f"from pathlib import PosixPath\nfrom situp_annotate.types import *\nJOBS = {jobs!r}\n"
     )
-    assert recipe != Recipe()
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[('a', 'ok'), ('b', 'crashed'), ('c', 'ok')]"
     assert "SIGSEGV" in (tmp_path / "out" / "batch.json").read_text()
@@ -204,7 +202,7 @@ def test_interrupt_keeps_what_is_complete_and_leaves_no_process(tmp_path):
     short = write_video(tmp_path / "short.mp4", count=3)
     manifest = manifest_of([job_of(short), job_of(clip)], tmp_path)
     output = tmp_path / "out"
-    command = [sys.executable, "-m", "situp_annotate", "run", str(manifest), "--output", str(output)]
+    command = [sys.executable, "-m", "situp_annotate", "run", str(manifest), "-o", str(output)]
     with subprocess.Popen(command, start_new_session=True, stderr=subprocess.PIPE) as process:
         for _ in range(600):
             if (output / "short").exists() and (output / ".long.partial").exists():

@@ -6,8 +6,8 @@ import sys
 import pytest
 
 import situp_annotate
-from situp_annotate.types import BoundingBox
 from situp_annotate.errors import BoxError
+from situp_annotate.types import BoundingBox
 
 
 def test_every_public_name_is_there():

@@ -14,7 +14,8 @@ from situp_annotate.formats.manifest import load_manifest
 from situp_annotate.recipe import load_recipe
 
 ROOT = Path(__file__).parents[1]
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", (ROOT / "README.md").read_text(), re.M | re.S)
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
 SET_UP = "python3 -m venv .venv && "
 
 
@@ -96,8 +97,7 @@ def test_recipes(tmp_path, text):
 def test_every_command_and_option_stands_in_the_readme_or_in_help():
     from situp_annotate.cli import cli
 
-    text = (ROOT / "README.md").read_text()
-    assert all(f"situp-annotate {name}" in text for name in cli.commands)
+    assert all(f"situp-annotate {name}" in README for name in cli.commands)
 
 
 def test_every_kind_of_failure_is_explained():
@@ -108,5 +108,4 @@ def test_every_kind_of_failure_is_explained():
         for cls in vars(errors).values()
         if isinstance(cls, type) and issubclass(cls, errors.VideoError)
     } - {errors.VideoError.kind}
-    text = (ROOT / "README.md").read_text()
-    assert all(f"| `{kind}` |" in text for kind in kinds)
+    assert all(f"| `{kind}` |" in README for kind in kinds)

@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 
@@ -38,7 +37,7 @@ class _Pen:
     def for_picture(cls, height: int, width: int) -> "_Pen":
         side = min(height, width)
         font = max(11, round(side / 30))
-        return cls(line=max(1, round(side / 300)), font=font, margin=max(2, font // 5))
+        return cls(line=max(2, round(side / 240)), font=font, margin=max(2, font // 5))
 
 
 @lru_cache(maxsize=16)
@@ -48,16 +47,6 @@ def _font(size: int, *, ascii_only: bool) -> ImageFont.FreeTypeFont | ImageFont.
         with suppress(OSError):
             return ImageFont.truetype(name, size)
     return ImageFont.load_default(size)
-
-
-@lru_cache(maxsize=2048)
-def _text_mask(text: str, size: int) -> npt.NDArray[np.float32]:
-    """Coverage of a line of text, (height, width, 1), 0–1; all lines of a size are as high."""
-    font = _font(size, ascii_only=text.isascii())
-    width = max(1, round(font.getlength(text)))
-    canvas = Pillow.new("L", (width, round(1.25 * size)))
-    ImageDraw.Draw(canvas).text((0, 0), text, fill=255, font=font)
-    return np.asarray(canvas, np.float32)[:, :, np.newaxis] / 255
 
 
 def _blue_green_red(track_id: int) -> Color:
@@ -70,17 +59,25 @@ def _ink_on(color: Color) -> Color:
     return _DARK if 0.114 * blue + 0.587 * green + 0.299 * red > 128 else _LIGHT
 
 
-def _draw_tag(image: Image, text: str, corner_xy: tuple[int, int], pen: _Pen, color: Color) -> None:
-    """Fill a tag at a corner, cut off at the picture's edges, and write on it."""
-    mask = np.pad(_text_mask(text, pen.font), ((0, 0), (pen.margin, pen.margin), (0, 0)))
+@lru_cache(maxsize=2048)
+def _tag(text: str, pen: _Pen, color: Color) -> Image:
+    """A line of text on a filled ground, (height, width, 3); all of a size are as high."""
+    font = _font(pen.font, ascii_only=text.isascii())
+    width = round(font.getlength(text)) + 2 * pen.margin
+    canvas = Pillow.new("RGB", (width, round(1.25 * pen.font)), color)
+    ImageDraw.Draw(canvas).text((pen.margin, 0), text, fill=_ink_on(color), font=font)
+    return np.asarray(canvas, np.uint8)  # three channels in our order: Pillow only stores them
+
+
+def _paste(image: Image, tag: Image, corner_xy: tuple[int, int]) -> None:
+    """Put a tag into a picture, cut off at its edges."""
     x, y = corner_xy
-    area = image[y : y + mask.shape[0], x : x + mask.shape[1]]
-    mask = mask[: area.shape[0], : area.shape[1]]
-    area[:] = np.asarray(color) * (1 - mask) + np.asarray(_ink_on(color)) * mask
+    area = image[y : y + tag.shape[0], x : x + tag.shape[1]]
+    area[:] = tag[: area.shape[0], : area.shape[1]]
 
 
 def _tag_corner(
-    box: BoundingBox, tag_hw: tuple[int, int], picture_hw: tuple[int, int]
+    box: BoundingBox, tag_hw: tuple[int, ...], picture_hw: tuple[int, int]
 ) -> tuple[int, int]:
     """Above the box; else below; else inside; always within the picture."""
     tag_height, tag_width = tag_hw
@@ -132,12 +129,10 @@ def _draw_point(image: Image, track: Track, point: TrackPoint, pen: _Pen) -> Non
         cv2.rectangle(image, edges[:2], edges[2:], color, pen.line)
     if point.provenance is Provenance.HUMAN:
         _draw_handles(image, edges, pen, color)
-    text = caption(track, point)
-    picture_hw = (image.shape[0], image.shape[1])
-    if point.box.intersects(picture_hw[1], picture_hw[0]):
-        tag_height, text_width, _ = _text_mask(text, pen.font).shape
-        corner = _tag_corner(point.box, (tag_height, text_width + 2 * pen.margin), picture_hw)
-        _draw_tag(image, text, corner, pen, color)
+    height, width = image.shape[:2]
+    if point.box.intersects(width, height):
+        tag = _tag(caption(track, point), pen, color)
+        _paste(image, tag, _tag_corner(point.box, tag.shape[:2], (height, width)))
 
 
 def draw_labels(image: Image, frame_index: int, pairs: Sequence[tuple[Track, TrackPoint]]) -> Image:
@@ -164,7 +159,6 @@ def draw_labels(image: Image, frame_index: int, pairs: Sequence[tuple[Track, Tra
     pen = _Pen.for_picture(height, width)
     for track, point in pairs:
         _draw_point(picture, track, point, pen)
-    number = f"frame {frame_index}"
-    line_height = _text_mask(number, pen.font).shape[0]
-    _draw_tag(picture, number, (0, max(height - line_height, 0)), pen, _DARK)
+    number = _tag(f"frame {frame_index}", pen, _DARK)
+    _paste(picture, number, (0, max(height - number.shape[0], 0)))
     return picture

@@ -134,7 +134,7 @@ class McapSink:
             )
         return message
 
-    def _log(self, pts_ns: int, level: "Log.Level", text: str) -> None:
+    def _log(self, pts_ns: int, level: "Log.Level.ValueType", text: str) -> None:
         message = Log(timestamp=_timestamp(pts_ns), level=level, message=text, name=METADATA_NAME)
         self._add(LOG_TOPIC, message, pts_ns)
 
@@ -155,7 +155,7 @@ class McapSink:
             self._writer.add_attachment(self._last_ns, self._last_ns, name, media_type, data)
         record = {**self._metadata, "frame_count": str(self._frames)}
         self._writer.add_metadata(METADATA_NAME, record)
-        self._writer.finish()
+        self._writer.finish()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> Self:
         return self

@@ -65,11 +65,17 @@ _XYZ_OF_RGB = np.array(
 _WHITE = np.array([0.95047, 1.0, 1.08883])
 
 
+def _product(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Matrix product without BLAS, which would wake a thread per core in every worker."""
+    product: npt.NDArray[np.float64] = np.einsum("ij,jk->ik", a, b)
+    return product
+
+
 def _lab(rgb: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """CIELab (D65) of sRGB 0–255, last axis."""
     value = rgb / 255
     linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-    xyz = linear @ _XYZ_OF_RGB.T / _WHITE
+    xyz = _product(linear, _XYZ_OF_RGB.T) / _WHITE
     delta = 6 / 29
     f = np.where(xyz > delta**3, np.cbrt(xyz), xyz / (3 * delta**2) + 4 / 29)
     x, y, z = np.moveaxis(f, -1, 0)
@@ -83,7 +89,7 @@ def _probabilities(rgb: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     quadratic = [lightness**2, lightness * a, lightness * b, a**2, a * b, b**2]
     monomials = np.stack(linear + quadratic)
     forms = np.array(_FORMS)
-    exponents = forms[:, 1:] @ monomials
+    exponents = _product(forms[:, 1:], monomials)
     weights = np.exp(exponents - exponents.max(axis=0))
     terms = np.zeros((_TERMS, len(rgb)))
     np.add.at(terms, forms[:, 0].astype(int), weights)
@@ -98,7 +104,7 @@ def _centred(probabilities: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
         basis[:k, k - 1] = 1
         basis[k, k - 1] = -k
     basis /= np.linalg.norm(basis, axis=0)
-    return ((probabilities - 1 / _TERMS) @ basis).astype(np.float32)
+    return _product(probabilities - 1 / _TERMS, basis).astype(np.float32)
 
 
 @lru_cache(maxsize=1)

@@ -1,5 +1,6 @@
 """Decoding with OpenCV's FFmpeg: the decoder of choice."""
 
+import os
 from pathlib import Path
 
 import cv2
@@ -31,6 +32,8 @@ class OpenCvDecoder:
     name = "opencv"
 
     def __init__(self, path: Path, *, coded_pictures: int, grey: bool) -> None:
+        # FFmpeg's own lines on stderr name no file; what they mean is reported as findings.
+        os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
         self._capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, 1])
         # On by default since OpenCV 4.5, but builds differ.
         self._path = path

@@ -6,7 +6,6 @@ from types import TracebackType
 from typing import Self
 
 import av
-import cv2
 import numpy as np
 
 from situp_annotate.errors import OutputError
@@ -80,10 +79,10 @@ class H264Writer:
         pts_ns : int
             Its time in nanoseconds, later than the one before; kept to 1/90000 s.
         """
-        if any(self._padding):
-            down, right = self._padding
-            image = cv2.copyMakeBorder(image, 0, down, 0, right, cv2.BORDER_REPLICATE)
         pixels = np.ascontiguousarray(image)
+        if any(self._padding):
+            margins = [(0, self._padding[0]), (0, self._padding[1]), (0, 0)]
+            pixels = np.pad(pixels, margins[: image.ndim], mode="edge")
         frame = av.VideoFrame.from_ndarray(pixels, format="gray" if image.ndim == 2 else "bgr24")
         tick = max(round(pts_ns * _TICKS_PER_SECOND / _NS), self._last_tick + 1)
         self._last_tick = tick

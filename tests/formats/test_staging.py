@@ -70,8 +70,9 @@ def test_failed_replacement_keeps_the_old(tmp_path):
 def test_place_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "file").touch()
     target = tmp_path / "file" / "video"
-    with pytest.raises(OutputError, match="cannot write here"), staged_folder(
-        target, replaceable=None
+    with (
+        pytest.raises(OutputError, match="cannot write here"),
+        staged_folder(target, replaceable=None),
     ):
         pass
     with pytest.raises(OutputError, match="cannot write here"):

@@ -5,6 +5,8 @@ top-left one is light); the other twelve spell the index in binary. ``read_index
 so a test can prove that the *picture* at index k is picture k, upright.
 """
 
+import subprocess
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -26,6 +28,7 @@ __all__ = [
     "read_index",
     "truncate",
     "write_audio_only",
+    "write_av1",
     "write_cut",
     "write_empty_video",
     "write_image_folder",
@@ -150,6 +153,23 @@ def write_video(
         container.mux(stream.encode(None))
         if sound is not None:
             _write_silence(container, sound, audio_seconds)
+    return path
+
+
+def write_av1(path: Path, *, count: int) -> Path:
+    """Write `count` index pictures as AV1, in a process of its own.
+
+    SVT-AV1 gives the threads of root real-time priority for good, and processes that they start
+    inherit it: busy workers would starve each other's threads.
+    """
+    code = (
+        "import sys; from pathlib import Path; from support.media import write_video;"
+        f"write_video(Path(sys.argv[1]), count={count}, codec='libsvtav1', gop={count},"
+        "options={'preset': '12'})"
+    )
+    tests = Path(__file__).parents[1]
+    command = [sys.executable, "-c", code, str(path.absolute())]
+    subprocess.run(command, check=True, cwd=tests, capture_output=True)
     return path
 
 

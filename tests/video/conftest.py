@@ -11,6 +11,7 @@ from support.media import (
     punch_hole,
     truncate,
     write_audio_only,
+    write_av1,
     write_cut,
     write_empty_video,
     write_size_change,
@@ -61,9 +62,7 @@ def _write(path: Path, find: Callable[[str], Path]) -> Path:
         "grey.mkv": lambda: write_video(path, codec="ffv1", pixel_format="gray"),
         "grey_10_bit.mkv": lambda: write_video(path, codec="ffv1", pixel_format="gray10le"),
         "wide_pixels.mp4": lambda: write_video(path, pixel_aspect_ratio=Fraction(4, 3)),
-        "av1.mp4": lambda: write_video(
-            path, count=20, codec="libsvtav1", options={"preset": "12"}, gop=20
-        ),
+        "av1.mp4": lambda: write_av1(path, count=20),
         "truncated.mp4": lambda: truncate(
             write_video(other / "fs.mp4", b_frames=2, container_options={"movflags": "faststart"}),
             path,
