@@ -196,9 +196,20 @@ def test_command_refuses_bad_recipes(damaged, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def group_vanishes(group):
+    """Whether every process of a group is gone, given a moment for those that see their end."""
+    for _ in range(100):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_interrupt_keeps_what_is_complete_and_leaves_no_process(tmp_path):
-    clip = write_video(tmp_path / "long.mp4", count=4000, size_hw=(240, 320))
+    clip = write_video(tmp_path / "long.mp4", count=1500, size_hw=(240, 320))
     short = write_video(tmp_path / "short.mp4", count=3)
     manifest = manifest_of([job_of(short), job_of(clip)], tmp_path)
     output = tmp_path / "out"
@@ -215,8 +226,7 @@ def test_interrupt_keeps_what_is_complete_and_leaves_no_process(tmp_path):
     written = json.loads((output / "batch.json").read_text())
     assert written["interrupted"]
     assert [video["id"] for video in written["videos"]] == ["short"]
-    with pytest.raises(ProcessLookupError):
-        os.killpg(process.pid, 0)
+    assert group_vanishes(process.pid)
 
 
 def test_reports_are_values(clips, tmp_path):

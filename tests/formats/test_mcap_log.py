@@ -1,0 +1,154 @@
+"""The MCAP read back with the mcap package."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+from situp_annotate.formats.appearance import track_color
+from situp_annotate.formats.mcap_log import McapSink
+from situp_annotate.types import (
+    BoundingBox,
+    Finding,
+    Frame,
+    Keyframe,
+    Provenance,
+    State,
+    Track,
+    TrackPoint,
+    VideoInfo,
+)
+
+INFO = VideoInfo(Path("street.mp4"), "opencv", 640, 360, Fraction(30))
+BOX = BoundingBox(10.5, 20, 30, 40)
+TRACKS = [Track(3, "Fußgänger", (Keyframe(0, BOX),)), Track(5, "car", (Keyframe(0, BOX),))]
+TIMES = [0, 33_366_667, 1_000_000_001, 90 * 3600 * 1_000_000_000]
+HUMAN = TrackPoint(3, BOX, 1.0, State.VISIBLE, Provenance.HUMAN)
+TRACKED = TrackPoint(
+    5, BoundingBox(-4, 5, 6, 7), 0.25, State.OCCLUDED, Provenance.TRACKED, 41.5, 0.375, 1.25
+)
+POINTS = [[HUMAN], [HUMAN, TRACKED], [], [TRACKED]]
+
+
+@pytest.fixture
+def log(tmp_path):
+    csv = tmp_path / "mot.csv"
+    sink = McapSink(
+        tmp_path / "annotations.mcap",
+        info=INFO,
+        tracks=TRACKS,
+        metadata={"version": "1.2.3"},
+        attachments={"manifest.json": b"{}", "mot.csv": csv},
+    )
+    with sink:
+        for index, (time, points) in enumerate(zip(TIMES, POINTS, strict=True)):
+            findings = (Finding("gap", "Two frames are missing.", 2),) if index == 2 else ()
+            sink.write(Frame(index, time, np.zeros((2, 2), np.uint8), findings), points)
+        csv.write_text("complete only now\n")
+    return tmp_path / "annotations.mcap"
+
+
+def decoded(path, topic):
+    with path.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        return [
+            (message.log_time, message.publish_time, proto)
+            for _, _, message, proto in reader.iter_decoded_messages(topics=[topic])
+        ]
+
+
+def nanoseconds(timestamp):
+    return timestamp.seconds * 1_000_000_000 + timestamp.nanos
+
+
+def test_summary_tells_channels_schemas_counts_and_compression(log):
+    with log.open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    schemas = {schema.id: (schema.name, schema.encoding) for schema in summary.schemas.values()}
+    found = {
+        channel.topic: (
+            *schemas[channel.schema_id],
+            channel.message_encoding,
+            summary.statistics.channel_message_counts[channel.id],
+        )
+        for channel in summary.channels.values()
+    }
+    assert found == {
+        "/camera/annotations": ("foxglove.ImageAnnotations", "protobuf", "protobuf", 4),
+        "/tracks": ("situp_annotate.TrackStates", "protobuf", "protobuf", 4),
+        "/log": ("foxglove.Log", "protobuf", "protobuf", 3),
+    }
+    assert {chunk.compression for chunk in summary.chunk_indexes} == {"zstd"}
+    assert (summary.statistics.message_start_time, summary.statistics.message_end_time) == (
+        TIMES[0],
+        TIMES[-1],
+    )
+
+
+@pytest.mark.parametrize("topic", ["/camera/annotations", "/tracks"])
+def test_every_frame_has_a_message_at_its_own_time(log, topic):
+    messages = decoded(log, topic)
+    assert [log_time for log_time, _, _ in messages] == TIMES
+    assert [publish_time for _, publish_time, _ in messages] == TIMES
+    assert [nanoseconds(proto.timestamp) for _, _, proto in messages] == TIMES
+
+
+def test_boxes_are_closed_lines_with_text(log):
+    protos = [proto for _, _, proto in decoded(log, "/camera/annotations")]
+    assert [len(proto.points) for proto in protos] == [1, 2, 0, 1]
+    (shape,), (text,) = protos[0].points, protos[0].texts
+    assert shape.type == shape.LINE_LOOP
+    corners = [(corner.x, corner.y) for corner in shape.points]
+    assert corners == [(10.5, 20), (40.5, 20), (40.5, 60), (10.5, 60)]
+    color = (shape.outline_color.r, shape.outline_color.g, shape.outline_color.b)
+    assert tuple(round(255 * level) for level in color) == track_color(3)
+    assert text.text == "#3 Fußgänger key"
+    assert protos[3].texts[0].text == "#5 car 0.25"
+
+
+def test_states_carry_everything(log):
+    protos = [proto for _, _, proto in decoded(log, "/tracks")]
+    assert [proto.frame for proto in protos] == [0, 1, 2, 3]
+    assert [[state.id for state in proto.states] for proto in protos] == [[3], [3, 5], [], [5]]
+    human, tracked = protos[1].states
+    assert (human.label, human.provenance, human.HasField("apce")) == ("Fußgänger", "human", False)
+    assert (tracked.x, tracked.y, tracked.width, tracked.height) == (-4, 5, 6, 7)
+    assert (tracked.confidence, tracked.state) == (0.25, "occluded")
+    assert (tracked.apce, tracked.peak, tracked.scale) == (41.5, 0.375, 1.25)
+
+
+def test_findings_stand_in_the_log_at_their_frame(log):
+    messages = decoded(log, "/log")
+    assert [log_time for log_time, _, _ in messages] == [TIMES[0], TIMES[2], TIMES[-1]]
+    assert [proto.level for _, _, proto in messages] == [2, 3, 2]
+    assert messages[1][2].message == "Two frames are missing."
+
+
+def test_metadata_and_attachments(log):
+    with log.open("rb") as stream:
+        reader = make_reader(stream)
+        (record,) = list(reader.iter_metadata())
+        attachments = {
+            each.name: (each.media_type, each.data) for each in reader.iter_attachments()
+        }
+    assert record.name == "situp-annotate"
+    assert record.metadata == {"version": "1.2.3", "frame_count": "4"}
+    assert attachments == {
+        "manifest.json": ("application/json", b"{}"),
+        "mot.csv": ("text/csv", b"complete only now\n"),
+    }
+
+
+def test_a_failure_does_not_pretend_to_be_a_finished_log(tmp_path):
+    path = tmp_path / "annotations.mcap"
+    with (
+        pytest.raises(ZeroDivisionError),
+        McapSink(path, info=INFO, tracks=TRACKS, metadata={}, attachments={}) as sink,
+    ):
+        sink.write(Frame(0, 0, np.zeros((2, 2), np.uint8)), [])
+        raise ZeroDivisionError
+    assert b"manifest" not in path.read_bytes()
+    assert not path.read_bytes().endswith(b"\x89MCAP0\r\n")

@@ -1,0 +1,130 @@
+"""MOT CSV: exact rows, read back, and scored by TrackEval itself."""
+
+import contextlib
+import io
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from situp_annotate.errors import SitupError
+from situp_annotate.formats.mot import MotSink, read_mot
+from situp_annotate.types import BoundingBox, Frame, Provenance, State, TrackPoint
+
+IMAGE = np.zeros((2, 2), np.uint8)
+
+
+def point(track_id, box, confidence=1.0):
+    return TrackPoint(track_id, box, confidence, State.VISIBLE, Provenance.TRACKED)
+
+
+def write(path, frames, **options):
+    with MotSink(path, **options) as sink:
+        for index, points in enumerate(frames):
+            sink.write(Frame(index, index * 40_000_000, IMAGE), points)
+    return path
+
+
+def test_rows_are_as_motchallenge_wants_them(tmp_path):
+    frames = [
+        [point(1, BoundingBox(0, 10.5, 20, 30)), point(7, BoundingBox(-3.25, 4, 5, 6), 0.5)],
+        [],
+        [point(1, BoundingBox(-0.0001, 1 / 3, 20, 30), 0.98765)],
+    ]
+    path = write(tmp_path / "mot.csv", frames)
+    assert path.read_bytes() == (
+        b"1,1,0,10.5,20,30,1,-1,-1,-1\n"
+        b"1,7,-3.25,4,5,6,0.5,-1,-1,-1\n"
+        b"3,1,0,0.333,20,30,0.988,-1,-1,-1\n"
+    )
+
+
+def test_pixels_may_count_from_one(tmp_path):
+    frames = [[point(1, BoundingBox(0, 9, 20, 30))]]
+    path = write(tmp_path / "mot.csv", frames, pixel_origin=1)
+    assert path.read_text().startswith("1,1,1,10,20,30,")
+    assert read_mot(path, pixel_origin=1)[0].box == BoundingBox(0, 9, 20, 30)
+
+
+numbers = st.floats(-5000, 5000)
+sizes = st.floats(0.01, 5000)
+boxes = st.builds(BoundingBox, numbers, numbers, sizes, sizes)
+tracks = st.dictionaries(st.integers(1, 9999), st.tuples(boxes, st.floats(0, 1)), max_size=4)
+
+
+@given(st.lists(tracks, max_size=5))
+def test_what_is_written_reads_back(tmp_path_factory, frames):
+    path = tmp_path_factory.mktemp("mot") / "mot.csv"
+    write(path, [[point(i, *frame[i]) for i in sorted(frame)] for frame in frames])
+    rows = read_mot(path)
+    expected = [(index, i, *frame[i]) for index, frame in enumerate(frames) for i in sorted(frame)]
+    assert [(row.frame, row.track_id) for row in rows] == [row[:2] for row in expected]
+    for row, (_, _, box, confidence) in zip(rows, expected, strict=True):
+        written = (row.box.x, row.box.y, row.box.width, row.box.height, row.confidence)
+        assert written == pytest.approx((box.x, box.y, box.width, box.height, confidence), abs=6e-4)
+
+
+@pytest.mark.parametrize(
+    "line", ["0,1,2,3,4,5,1", "1,1,2,3,4", "a,1,2,3,4,5,1", "1,1,2,3,0,5,1", "1,1,nan,3,4,5,1"]
+)
+def test_bad_rows_are_named(tmp_path, line):
+    path = tmp_path / "mot.csv"
+    path.write_text(f"1,1,2,3,4,5,1\n\n{line}\n")
+    with pytest.raises(SitupError, match=r"mot\.csv: line 3"):
+        read_mot(path)
+
+
+def trackeval_scores(folder, truth, result, frames):
+    """HOTA, MOTA and IDF1 of a result, by TrackEval."""
+    import trackeval
+
+    sequence = folder / "gt" / "S"
+    (sequence / "gt").mkdir(parents=True)
+    (sequence / "seqinfo.ini").write_text(
+        f"[Sequence]\nname=S\nimDir=img1\nframeRate=30\nseqLength={frames}\n"
+        "imWidth=640\nimHeight=480\nimExt=.jpg\n"
+    )
+    rows = [line.split(",")[:6] + ["1", "1", "1"] for line in truth.read_text().splitlines()]
+    (sequence / "gt" / "gt.txt").write_text("".join(",".join(row) + "\n" for row in rows))
+    data = folder / "results" / "situp" / "data"
+    data.mkdir(parents=True)
+    (data / "S.txt").write_bytes(result.read_bytes())
+    with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+        warnings.simplefilter("ignore")  # TrackEval's own
+        quiet = {"PRINT_CONFIG": False}
+        evaluator = trackeval.Evaluator(
+            {**trackeval.Evaluator.get_default_eval_config(), **quiet, "PRINT_RESULTS": False,
+             "OUTPUT_SUMMARY": False, "OUTPUT_DETAILED": False, "PLOT_CURVES": False,
+             "BREAK_ON_ERROR": True, "USE_PARALLEL": False, "TIME_PROGRESS": False}
+        )  # fmt: skip
+        dataset = trackeval.datasets.MotChallenge2DBox(
+            {**trackeval.datasets.MotChallenge2DBox.get_default_dataset_config(), **quiet,
+             "GT_FOLDER": str(folder / "gt"), "TRACKERS_FOLDER": str(folder / "results"),
+             "SEQ_INFO": {"S": frames}, "SKIP_SPLIT_FOL": True, "DO_PREPROC": False}
+        )  # fmt: skip
+        kinds = (trackeval.metrics.HOTA, trackeval.metrics.CLEAR, trackeval.metrics.Identity)
+        found, _ = evaluator.evaluate([dataset], [kind() for kind in kinds])
+    scores = found["MotChallenge2DBox"]["situp"]["S"]["pedestrian"]
+    hota = float(np.mean(scores["HOTA"]["HOTA"]))
+    return hota, float(scores["CLEAR"]["MOTA"]), float(scores["Identity"]["IDF1"])
+
+
+@pytest.mark.filterwarnings("ignore")  # TrackEval and Matplotlib, which it imports
+def test_trackeval_takes_the_file_as_it_is(tmp_path):
+    frames = [
+        [point(i, BoundingBox(40 * i + 2.5 * index, 30 + index, 30, 50), 0.7) for i in (1, 2, 12)]
+        for index in range(10)
+    ]
+    truth = write(tmp_path / "truth.csv", frames)
+    perfect = trackeval_scores(tmp_path / "a", truth, truth, 10)
+    assert perfect == pytest.approx((1, 1, 1))
+    moved = [
+        [point(p.track_id, BoundingBox(p.box.x + 9, p.box.y, 30, 50), 0.7) for p in points]
+        for points in frames
+    ]
+    result = write(tmp_path / "moved.csv", moved)
+    hota, mota, idf1 = trackeval_scores(tmp_path / "b", truth, result, 10)
+    assert hota < 0.7
+    assert (mota, idf1) == pytest.approx((1, 1))  # an overlap of 0.54 still counts as found

@@ -1,0 +1,97 @@
+"""Videos written, decoded again with PyAV."""
+
+from fractions import Fraction
+
+import av
+import numpy as np
+import pytest
+from support.media import draw_index, read_index
+
+from situp_annotate.errors import OutputError
+from situp_annotate.video.writer import H264Writer
+
+
+def write(path, images, times_ns, **options):
+    height, width = images[0].shape[:2]
+    with H264Writer(path, width=width, height=height, frame_rate=Fraction(30), **options) as writer:
+        for image, time_ns in zip(images, times_ns, strict=True):
+            writer.write(image, time_ns)
+    return path
+
+
+def decode(path):
+    with av.open(str(path)) as container:
+        return list(container.decode(video=0))
+
+
+def test_pictures_and_uneven_times_come_back(tmp_path):
+    times = [0, 33_366_667, 66_733_333, 400_000_000, 400_500_000, 10_000_000_000]
+    images = [draw_index(number) for number in range(6)]
+    frames = decode(write(tmp_path / "v.mp4", images, times))
+    assert [read_index(frame.to_ndarray(format="bgr24")) for frame in frames] == [0, 1, 2, 3, 4, 5]
+    for frame, time in zip(frames, times, strict=True):
+        assert float(frame.pts * frame.time_base) == pytest.approx(time / 1e9, abs=1 / 90_000)
+
+
+def test_times_within_one_tick_stay_in_order(tmp_path):
+    times = [0, 1000, 2000, 40_000_000]
+    frames = decode(write(tmp_path / "v.mp4", [draw_index(0)] * 4, times))
+    pts = [frame.pts for frame in frames]
+    assert pts == sorted(set(pts))
+
+
+def test_a_browser_can_play_it(tmp_path):
+    path = write(
+        tmp_path / "v.mp4", [draw_index(k) for k in range(5)], [k * 10**8 for k in range(5)]
+    )
+    content = path.read_bytes()
+    assert content.index(b"moov") < content.index(b"mdat")
+    with av.open(str(path)) as container:
+        context = container.streams.video[0].codec_context
+        assert (context.name, context.pix_fmt) == ("h264", "yuv420p")
+        assert context.profile in {"High", "Main", "Constrained Baseline"}
+
+
+@pytest.mark.parametrize("size", [(49, 64), (48, 65), (49, 65)])
+@pytest.mark.parametrize("grey", [False, True])
+def test_odd_sizes_are_padded_by_repetition(tmp_path, size, grey):
+    image = np.full(size if grey else (*size, 3), 40, np.uint8)
+    image[-1], image[:, -1] = 200, 200
+    (frame,) = decode(write(tmp_path / "v.mp4", [image], [0], crf=1))
+    assert (frame.height, frame.width) == (size[0] + size[0] % 2, size[1] + size[1] % 2)
+    luma = frame.to_ndarray(format="gray")
+    assert luma[-1, 5] > 150
+    assert luma[5, -1] > 150
+    assert luma[5, 5] < 90
+
+
+def test_pixel_shape_is_kept(tmp_path):
+    path = write(tmp_path / "v.mp4", [draw_index(0)], [0], pixel_aspect_ratio=Fraction(4, 3))
+    with av.open(str(path)) as container:
+        assert container.streams.video[0].sample_aspect_ratio == Fraction(4, 3)
+
+
+def test_same_frames_give_the_same_bytes(tmp_path):
+    images, times = [draw_index(k) for k in range(9)], [k * 40_000_000 for k in range(9)]
+    first = write(tmp_path / "a.mp4", images, times).read_bytes()
+    assert write(tmp_path / "b.mp4", images, times).read_bytes() == first
+
+
+def test_a_failure_passes_through(tmp_path):
+    with (
+        pytest.raises(ZeroDivisionError),
+        H264Writer(tmp_path / "v.mp4", width=64, height=48, frame_rate=Fraction(30)),
+    ):
+        raise ZeroDivisionError
+
+
+def test_a_full_disk_is_an_output_error():
+    from pathlib import Path
+
+    full = Path("/dev/full")
+    if not full.exists():
+        pytest.skip("no /dev/full here")
+    rng = np.random.default_rng(0)
+    images = [rng.integers(0, 256, (240, 320, 3), np.uint8) for _ in range(60)]
+    with pytest.raises(OutputError, match="cannot"):
+        write(full, images, [k * 40_000_000 for k in range(60)])
