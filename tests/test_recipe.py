@@ -65,7 +65,8 @@ def test_settings_win_over_the_recipe():
         (["decoding.incomplete=maybe"], "'fail' or 'keep'"),
         (["outputs.mot=1"], "outputs.mot = 1 is not allowed"),
         (["mot.pixel_origin=2"], "mot.pixel_origin = 2 is not allowed"),
-        (["overlay.crf=99"], "crf"),
+        (["overlay.crf=0"], "crf = 0 is not allowed: give from 1 to 51"),
+        (["overlay.preset=hurried"], "overlay.preset = 'hurried' is not allowed"),
     ],
 )
 def test_bad_settings_are_refused(settings, words):

@@ -1,7 +1,6 @@
 """Draw labels on a picture: boxes, tags, marks; legible from 320×240 to 4K."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -20,7 +19,8 @@ Color = tuple[int, int, int]
 
 _DARK: Color = (20, 20, 20)
 _LIGHT: Color = (255, 255, 255)
-_WIDE_FONTS = ("NotoSansCJK-Regular.ttc", "DejaVuSans.ttf", "NotoSans-Regular.ttf", "arial.ttf")
+_WEIGHT = 400
+"""Regular; OpenCV's font is light unless told."""
 _FAR = 100_000
 """Pixels; a box may lie anywhere, OpenCV's integers may not."""
 
@@ -41,11 +41,7 @@ class _Pen:
 
 
 @lru_cache(maxsize=16)
-def _font(size: int, *, ascii_only: bool) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    """Pillow's own font, the same everywhere; it knows ASCII only, so the system's for the rest."""
-    for name in () if ascii_only else _WIDE_FONTS:
-        with suppress(OSError):
-            return ImageFont.truetype(name, size)
+def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
     return ImageFont.load_default(size)
 
 
@@ -59,14 +55,32 @@ def _ink_on(color: Color) -> Color:
     return _DARK if 0.114 * blue + 0.587 * green + 0.299 * red > 128 else _LIGHT
 
 
-@lru_cache(maxsize=2048)
-def _tag(text: str, pen: _Pen, color: Color) -> Image:
-    """A line of text on a filled ground, (height, width, 3); all of a size are as high."""
-    font = _font(pen.font, ascii_only=text.isascii())
+def _write_ascii(text: str, pen: _Pen, color: Color) -> Image:
+    font = _font(pen.font)
     width = round(font.getlength(text)) + 2 * pen.margin
     canvas = Pillow.new("RGB", (width, round(1.25 * pen.font)), color)
     ImageDraw.Draw(canvas).text((pen.margin, 0), text, fill=_ink_on(color), font=font)
     return np.asarray(canvas, np.uint8)  # three channels in our order: Pillow only stores them
+
+
+def _write_unicode(text: str, pen: _Pen, color: Color) -> Image:
+    face = cv2.FontFace("sans")
+    _, _, text_width, _ = cv2.getTextSize((0, 0), text, (0, 0), face, pen.font, _WEIGHT)
+    canvas = np.full((round(1.25 * pen.font), text_width + 2 * pen.margin, 3), color, np.uint8)
+    baseline = (pen.margin, round(0.98 * pen.font))
+    cv2.putText(canvas, text, baseline, _ink_on(color), face, pen.font, _WEIGHT)
+    return canvas
+
+
+@lru_cache(maxsize=2048)
+def _tag(text: str, pen: _Pen, color: Color) -> Image:
+    """A line of text on a filled ground, (height, width, 3); all of a size are as high.
+
+    Pillow's own font is the same everywhere, but knows little beyond ASCII; OpenCV's, which knows
+    more, comes with OpenCV 5. Without it such letters are drawn as boxes.
+    """
+    wide = not text.isascii() and hasattr(cv2, "FontFace")
+    return (_write_unicode if wide else _write_ascii)(text, pen, color)
 
 
 def _paste(image: Image, tag: Image, corner_xy: tuple[int, int]) -> None:

@@ -7,6 +7,7 @@ coordinates x, y, z are −1. Corners are 0-based as CVAT and TrackEval take the
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -98,6 +99,8 @@ def _parse(line: str, pixel_origin: int) -> MotRow:
     if frame < 1:
         raise ValueError(f"frame {frame}")
     x, y, width, height, confidence = (float(cell) for cell in cells[2:_COLUMNS])
+    if not isfinite(confidence):
+        raise ValueError(f"confidence {confidence}")
     box = BoundingBox(x - pixel_origin, y - pixel_origin, width, height)
     return MotRow(frame - 1, track_id, box, confidence)
 
@@ -115,17 +118,29 @@ def read_mot(path: Path, *, pixel_origin: int = 0) -> list[MotRow]:
     Raises
     ------
     SitupError
-        If a line is no such row; names file, line and what is wrong.
+        If the file cannot be read or a line is no such row, or a track's second in its frame;
+        names file, line and what is wrong.
     """
-    rows = []
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SitupError(f"{path}: cannot be read as a text file: {error}.") from error
+    rows, seen = [], set()
+    for number, line in enumerate(text.splitlines(), start=1):
         if not line.strip():
             continue
         try:
-            rows.append(_parse(line, pixel_origin))
+            row = _parse(line, pixel_origin)
         except (ValueError, BoxError) as error:
             raise SitupError(
                 f"{path}: line {number}: {line!r} is not a row of MOT ({error}); give frame from "
                 f"1, id, left, top, width, height, confidence."
             ) from error
+        if (row.frame, row.track_id) in seen:
+            raise SitupError(
+                f"{path}: line {number}: track {row.track_id} has a row in frame {row.frame + 1} "
+                f"already; give one box a track and frame."
+            )
+        seen.add((row.frame, row.track_id))
+        rows.append(row)
     return rows

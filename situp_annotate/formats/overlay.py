@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Literal, Self
+from typing import Literal, Self, get_args
 
 from situp_annotate.errors import RecipeError
 from situp_annotate.formats.drawing import draw_labels
@@ -14,6 +14,10 @@ from situp_annotate.video.writer import H264Writer
 __all__ = ["OverlayOptions", "OverlaySink"]
 
 
+Preset = Literal["ultrafast", "superfast", "veryfast", "faster", "fast", "medium"]
+"""x264's presets, from the quickest to the smallest files."""
+
+
 @dataclass(frozen=True, slots=True)
 class OverlayOptions:
     """How ``overlay.mp4`` is encoded.
@@ -21,22 +25,26 @@ class OverlayOptions:
     Attributes
     ----------
     crf : int
-        x264's quality, from 0 (lossless) to 51 (worst).
+        x264's quality, from 1 (best) to 51 (worst); 0 would be lossless, in a profile that
+        browsers cannot play.
     preset : str
         x264's trade of speed for size.
 
     Raises
     ------
     RecipeError
-        If ``crf`` is out of its range.
+        If ``crf`` is out of its range or ``preset`` unknown.
     """
 
     crf: int = 23
-    preset: Literal["ultrafast", "superfast", "veryfast", "faster", "fast", "medium"] = "superfast"
+    preset: Preset = "superfast"
 
     def __post_init__(self) -> None:
-        if not 0 <= self.crf <= 51:
-            raise RecipeError(f"crf = {self.crf} is not allowed: give from 0 to 51.")
+        if not 1 <= self.crf <= 51:
+            raise RecipeError(f"crf = {self.crf} is not allowed: give from 1 to 51.")
+        if self.preset not in get_args(Preset):
+            allowed = ", ".join(get_args(Preset))
+            raise RecipeError(f"preset = {self.preset!r} is not allowed: give one of {allowed}.")
 
 
 class OverlaySink:

@@ -7,6 +7,7 @@ from typing import Self
 
 import av
 import numpy as np
+from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 
 from situp_annotate.errors import OutputError
 from situp_annotate.types import Image
@@ -32,7 +33,7 @@ class H264Writer:
     frame_rate : Fraction
         Average; only a hint to the encoder.
     crf : int
-        Quality from 0 (lossless) to 51 (worst).
+        Quality from 1 (best) to 51 (worst); 0 would be lossless, which browsers cannot play.
     preset : str
         x264's trade of speed for size, such as ``"superfast"``.
     pixel_aspect_ratio : Fraction
@@ -66,6 +67,9 @@ class H264Writer:
         context.time_base = Fraction(1, _TICKS_PER_SECOND)
         context.thread_count = 1
         context.sample_aspect_ratio = pixel_aspect_ratio
+        # Untagged, browsers guess the matrix by the picture's size and shift the colours.
+        context.colorspace, context.color_range = Colorspace.ITU709, ColorRange.MPEG
+        context.color_primaries, context.color_trc = ColorPrimaries.BT709, ColorTrc.BT709
         self._last_tick = -1
         self._usual_ticks = max(round(_TICKS_PER_SECOND / frame_rate), 1)
 
@@ -84,6 +88,12 @@ class H264Writer:
             margins = [(0, self._padding[0]), (0, self._padding[1]), (0, 0)]
             pixels = np.pad(pixels, margins[: image.ndim], mode="edge")
         frame = av.VideoFrame.from_ndarray(pixels, format="gray" if image.ndim == 2 else "bgr24")
+        frame = frame.reformat(
+            format="yuv420p",
+            dst_colorspace=Colorspace.ITU709,
+            dst_color_range=ColorRange.MPEG,
+            threads=1,
+        )
         tick = max(round(pts_ns * _TICKS_PER_SECOND / _NS), self._last_tick + 1)
         self._last_tick = tick
         frame.pts, frame.time_base = tick, Fraction(1, _TICKS_PER_SECOND)

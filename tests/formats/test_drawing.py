@@ -1,5 +1,6 @@
 """What is drawn, looked at pixel by pixel where it can be known."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -101,3 +102,10 @@ def test_caption():
     box = BoundingBox(0, 0, 5, 5)
     assert caption(*label(3, box, name="car")) == "#3 car 0.50"
     assert caption(*label(3, box, name="car", human=True)) == "#3 car key"
+
+
+@pytest.mark.skipif(not hasattr(cv2, "FontFace"), reason="OpenCV 4 has no font for more")
+def test_letters_beyond_ascii_differ():
+    box = BoundingBox(20, 60, 50, 50)
+    first, second = (draw_labels(plain(), 0, [label(1, box, name=name)]) for name in ("ä", "ß"))
+    assert (first != second).any()

@@ -67,13 +67,23 @@ def test_what_is_written_reads_back(tmp_path_factory, frames):
 
 
 @pytest.mark.parametrize(
-    "line", ["0,1,2,3,4,5,1", "1,1,2,3,4", "a,1,2,3,4,5,1", "1,1,2,3,0,5,1", "1,1,nan,3,4,5,1"]
-)
+    "line",
+    ["0,1,2,3,4,5,1", "1,1,2,3,4", "a,1,2,3,4,5,1", "1,1,2,3,0,5,1", "1,1,nan,3,4,5,1",
+     "1,1,2,3,4,5,nan", "1,1,9,9,9,9,1"],
+)  # fmt: skip
 def test_bad_rows_are_named(tmp_path, line):
     path = tmp_path / "mot.csv"
     path.write_text(f"1,1,2,3,4,5,1\n\n{line}\n")
     with pytest.raises(SitupError, match=r"mot\.csv: line 3"):
         read_mot(path)
+
+
+def test_files_that_cannot_be_read_are_named(tmp_path):
+    with pytest.raises(SitupError, match=r"none\.csv: cannot be read"):
+        read_mot(tmp_path / "none.csv")
+    (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe")
+    with pytest.raises(SitupError, match=r"bytes\.csv: cannot be read"):
+        read_mot(tmp_path / "bytes.csv")
 
 
 def trackeval_scores(folder, truth, result, frames):

@@ -95,3 +95,10 @@ def test_a_full_disk_is_an_output_error():
     images = [rng.integers(0, 256, (240, 320, 3), np.uint8) for _ in range(60)]
     with pytest.raises(OutputError, match="cannot"):
         write(full, images, [k * 40_000_000 for k in range(60)])
+
+
+def test_the_colour_matrix_is_said_and_true(tmp_path):
+    image = np.full((48, 64, 3), (40, 200, 60), np.uint8)
+    (frame,) = decode(write(tmp_path / "v.mp4", [image], [0]))
+    assert (frame.colorspace, frame.color_range) == (1, 1)  # BT.709, limited
+    assert np.abs(frame.to_ndarray(format="bgr24").astype(int) - image).max() <= 4
