@@ -72,12 +72,14 @@ def _write_unicode(text: str, pen: _Pen, color: Color) -> Image:
     return canvas
 
 
-@lru_cache(maxsize=2048)
 def _tag(text: str, pen: _Pen, color: Color) -> Image:
     """A line of text on a filled ground, (height, width, 3); all of a size are as high.
 
     Pillow's own font is the same everywhere, but knows little beyond ASCII; OpenCV's, which knows
     more, comes with OpenCV 5. Without it such letters are drawn as boxes.
+
+    Deliberately not cached: tags that outlive their frame sit between the blocks of freed pictures
+    and keep the allocator from using them again, 6 MB with every frame of 1080p.
     """
     wide = not text.isascii() and hasattr(cv2, "FontFace")
     return (_write_unicode if wide else _write_ascii)(text, pen, color)
