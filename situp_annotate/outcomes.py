@@ -1,6 +1,6 @@
 """What became of a video and its tracks: values that travel from a worker to its parent."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from situp_annotate.errors import SitupError
@@ -20,6 +20,8 @@ class TrackSummary:
         The track's id.
     label : str
         Its label.
+    attributes : dict
+        Its attributes, as in the manifest.
     human_boxes, tracked_boxes : int
         Frames labelled by the person and by the tracker.
     first_frame, last_frame : int or None
@@ -30,6 +32,7 @@ class TrackSummary:
 
     id: int
     label: str
+    attributes: dict[str, Any] = field(default_factory=dict)
     human_boxes: int = 0
     tracked_boxes: int = 0
     first_frame: int | None = None

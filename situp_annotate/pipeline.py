@@ -3,11 +3,13 @@
 import json
 import platform
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
+
+import cv2
 
 from situp_annotate.formats.manifest import dump_manifest
 from situp_annotate.formats.mcap_log import McapSink
@@ -16,10 +18,10 @@ from situp_annotate.formats.overlay import OverlaySink
 from situp_annotate.formats.sinks import Sink
 from situp_annotate.formats.staging import staged_folder, write_whole
 from situp_annotate.outcomes import TrackSummary, VideoReport
-from situp_annotate.propagation import propagate
+from situp_annotate.propagation import Propagation, propagate
 from situp_annotate.recipe import Recipe
 from situp_annotate.tracking import SitupTracker
-from situp_annotate.types import Frame, VideoInfo, VideoJob
+from situp_annotate.types import Frame, Track, VideoInfo, VideoJob
 from situp_annotate.video import fingerprint, open_video
 
 __all__ = ["annotate_video", "versions"]
@@ -36,8 +38,12 @@ OnProgress = Callable[[int, int | None], None]
 
 def versions() -> dict[str, str]:
     """Versions of the tool, of Python and of the libraries that shape the results."""
-    packages = ("situp-annotate", "numpy", "scipy", "numba", "opencv-python-headless", "av", "mcap")
-    return {"python": platform.python_version()} | {name: version(name) for name in packages}
+    packages = ("situp-annotate", "numpy", "scipy", "numba", "av", "mcap")
+    return {
+        "python": platform.python_version(),
+        "opencv": cv2.__version__,  # its package may have any of four names
+        **{name: version(name) for name in packages},
+    }
 
 
 class _Stopwatch:
@@ -71,51 +77,73 @@ class _Stopwatch:
         return {**self.seconds, "track": total - sum(self.seconds.values()), "total": total}
 
 
+def _provenance(job: VideoJob, recipe: Recipe, info: VideoInfo, sha256: str) -> dict[str, str]:
+    """Where a log comes from: the content of its metadata record."""
+    return {
+        "tool": "situp-annotate",
+        "version": version("situp-annotate"),
+        "source": job.path.name,
+        "source_sha256": sha256,
+        "frame_rate": str(info.frame_rate),
+        "rotation_degrees": str(info.rotation_degrees),
+        "manifest_sha256": job.manifest_sha256 or "",
+        "recipe_sha256": recipe.sha256,
+        "mot_pixel_origin": str(recipe.mot.pixel_origin),
+    }
+
+
 def _open_sinks(
     folder: Path, job: VideoJob, recipe: Recipe, info: VideoInfo, sha256: str, stack: ExitStack
-) -> list[tuple[str, Sink]]:
-    """Start every output that the recipe asks for.
+) -> dict[str, Sink]:
+    """Start every output that the recipe asks for, by file name.
 
     The stack finishes them in reverse: the CSV is complete before the MCAP attaches it.
     """
-    sinks: list[tuple[str, Sink]] = []
-    attachments: dict[str, Path | bytes] = {
-        "manifest.json": dump_manifest([job], job.path.parent).encode()
-    }
-    if recipe.outputs.mot:
-        attachments[_MOT] = folder / _MOT
+    sinks: dict[str, Sink] = {}
     if recipe.outputs.mcap:
-        metadata = {
-            "tool": "situp-annotate",
-            "version": version("situp-annotate"),
-            "source": job.path.name,
-            "source_sha256": sha256,
-            "frame_rate": str(info.frame_rate),
-            "rotation_degrees": str(info.rotation_degrees),
-            "manifest_sha256": job.manifest_sha256 or "",
-            "recipe_sha256": recipe.sha256,
-            "mot_pixel_origin": str(recipe.mot.pixel_origin),
-        }
-        sinks.append(
-            (
-                _MCAP,
-                McapSink(
-                    folder / _MCAP,
-                    info=info,
-                    tracks=job.tracks,
-                    metadata=metadata,
-                    attachments=attachments,
-                ),
-            )
+        manifest = dump_manifest([job], job.path.parent).encode()
+        attachments: dict[str, Path | bytes] = {"manifest.json": manifest}
+        if recipe.outputs.mot:
+            attachments[_MOT] = folder / _MOT
+        log = McapSink(
+            folder / _MCAP,
+            info=info,
+            tracks=job.tracks,
+            metadata=_provenance(job, recipe, info, sha256),
+            attachments=attachments,
         )
+        sinks[_MCAP] = stack.enter_context(log)
     if recipe.outputs.overlay:
         overlay = OverlaySink(
             folder / _OVERLAY, info=info, tracks=job.tracks, options=recipe.overlay
         )
-        sinks.append((_OVERLAY, overlay))
+        sinks[_OVERLAY] = stack.enter_context(overlay)
     if recipe.outputs.mot:
-        sinks.append((_MOT, MotSink(folder / _MOT, pixel_origin=recipe.mot.pixel_origin)))
-    return [(name, stack.enter_context(sink)) for name, sink in sinks]
+        csv = MotSink(folder / _MOT, pixel_origin=recipe.mot.pixel_origin)
+        sinks[_MOT] = stack.enter_context(csv)
+    return sinks
+
+
+def _write_all(
+    labelled: Propagation,
+    sinks: Mapping[str, Sink],
+    tracks: Sequence[Track],
+    watch: _Stopwatch,
+    on_frame: Callable[[int], None],
+) -> tuple[TrackSummary, ...]:
+    """Send every labelled frame to every sink; say what became of each track."""
+    summaries = {
+        track.id: TrackSummary(track.id, track.label, track.attributes) for track in tracks
+    }
+    for frame, points in labelled:
+        for name, sink in sinks.items():
+            with watch.stage(name):
+                sink.write(frame, points)
+        for point in points:
+            summary = summaries[point.track_id]
+            summaries[point.track_id] = summary.with_point(frame.index, point)
+        on_frame(frame.index + 1)
+    return tuple(summaries[track_id] for track_id in sorted(summaries))
 
 
 def annotate_video(
@@ -158,38 +186,34 @@ def annotate_video(
     target = Path(output) / job.id
     with staged_folder(target, replaceable=_OUTPUTS if overwrite else None) as folder:
         with watch.stage("open"):
-            opened = open_video(job.path, incomplete=recipe.decoding.incomplete)
-        with opened as source:
+            source = open_video(job.path, incomplete=recipe.decoding.incomplete)
+        with source, ExitStack() as stack:
+            info = source.info
             with watch.stage("hash"):
                 sha256 = fingerprint(job.path)
             labelled = propagate(
                 watch.decoding(source), job.tracks, partial(SitupTracker, recipe.tracker)
             )
-            summaries = {track.id: TrackSummary(track.id, track.label) for track in job.tracks}
-            with ExitStack() as stack:
-                sinks = _open_sinks(folder, job, recipe, source.info, sha256, stack)
-                for frame, points in labelled:
-                    for name, sink in sinks:
-                        with watch.stage(name):
-                            sink.write(frame, points)
-                    for point in points:
-                        summary = summaries[point.track_id]
-                        summaries[point.track_id] = summary.with_point(frame.index, point)
-                    if on_progress is not None:
-                        on_progress(frame.index + 1, source.info.frame_count_from_header)
-                with watch.stage("finish"):
-                    stack.close()
-            report = VideoReport(
-                id=job.id,
-                video=source.info,
-                sha256=sha256,
-                frames=source.frames_decoded,
-                tracks=tuple(summaries[track_id] for track_id in sorted(summaries)),
-                skipped=labelled.skipped,
-                findings=source.findings,
-                outputs=(*sorted(name for name, _ in sinks), _SUMMARY),
-                seconds=watch.finish(),
-            )
+            sinks = _open_sinks(folder, job, recipe, info, sha256, stack)
+
+            def on_frame(done: int) -> None:
+                if on_progress is not None:
+                    on_progress(done, info.frame_count_from_header)
+
+            tracks = _write_all(labelled, sinks, job.tracks, watch, on_frame)
+            with watch.stage("finish"):
+                stack.close()
+        report = VideoReport(
+            id=job.id,
+            video=info,
+            sha256=sha256,
+            frames=source.frames_decoded,
+            tracks=tracks,
+            skipped=labelled.skipped,
+            findings=source.findings,
+            outputs=(*sorted(sinks), _SUMMARY),
+            seconds=watch.finish(),
+        )
         details = {"recipe": recipe.as_dict(), "versions": versions()}
         summary_json = json.dumps({**report.as_dict(), **details}, indent=2, ensure_ascii=False)
         write_whole(folder / _SUMMARY, summary_json + "\n")

@@ -39,7 +39,9 @@ def clip(tmp_path_factory):
 
 def job_of(path, *, frame=0, video_id="patch"):
     box = BoundingBox(20 + STEP * frame, 40, 24, 24)
-    return VideoJob(video_id, path, (Track(1, "patch", (Keyframe(frame, box),)),))
+    return VideoJob(
+        video_id, path, (Track(1, "patch", (Keyframe(frame, box),), {"colour": "many"}),)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +80,7 @@ def test_summary_says_what_was_done(done, clip):
     assert (summary["status"], summary["frames"]) == ("ok", 12)
     assert summary["sha256"] == hashlib.sha256(clip.read_bytes()).hexdigest()
     (track,) = summary["tracks"]
+    assert track["attributes"] == {"colour": "many"}
     assert (track["human_boxes"], track["tracked_boxes"]) == (1, 11)
     assert (track["first_frame"], track["last_frame"]) == (0, 11)
     assert 0 < track["mean_confidence"] <= 1
