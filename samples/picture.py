@@ -11,7 +11,7 @@ import cv2
 from situp_annotate import annotate_video, load_manifest, load_recipe
 from situp_annotate.video import open_video
 
-FRAME = 105
+FRAME = 60
 FOLDER = Path(__file__).parent
 
 

@@ -2,7 +2,7 @@
 
 import signal
 from collections.abc import Callable
-from concurrent.futures import Executor, Future
+from concurrent.futures import BrokenExecutor, Executor, Future
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
@@ -80,10 +80,15 @@ def result_of(future: Future[T]) -> T:
     Raises
     ------
     WorkerError
-        If its process died.
+        If its process died, or none could be started.
     """
     try:
         return future.result()
+    except BrokenExecutor as error:
+        raise WorkerError(
+            "No worker process could be started; a script that starts a batch needs "
+            '`if __name__ == "__main__":` around it.'
+        ) from error
     except ProcessExpired as error:
         raise WorkerError(
             f"The process that annotated this video died ({_cause(error.exitcode)}); the other "

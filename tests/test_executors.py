@@ -1,37 +1,12 @@
 """One contract for every executor, and what only processes promise."""
 
 import os
-import signal
 
 import pytest
+from support.calls import die, fail, fail_to_start, greet, greeting_and_pid, square
 
 from situp_annotate.errors import WorkerError
 from situp_annotate.executors import ProcessExecutor, SerialExecutor, result_of
-
-_greeting = ""
-
-
-def greet(word):
-    global _greeting
-    _greeting = word
-
-
-def greeting_and_pid():
-    return _greeting, os.getpid()
-
-
-def square(number):
-    return number * number
-
-
-def fail():
-    raise ValueError("no")
-
-
-def die(number):
-    if number == 1:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return number
 
 
 @pytest.fixture(params=["serial", "process"])
@@ -61,3 +36,11 @@ def test_a_process_that_dies_takes_only_its_own_call_with_it():
         assert [result_of(futures[number]) for number in (0, 2, 3)] == [0, 2, 3]
         with pytest.raises(WorkerError, match="SIGKILL"):
             result_of(futures[1])
+
+
+def test_processes_that_cannot_start_are_an_error_and_no_hang():
+    with (
+        ProcessExecutor(1, fail_to_start, ()) as executor,
+        pytest.raises(WorkerError, match=r"could be started|died"),
+    ):
+        result_of(executor.submit(square, 2))
