@@ -9,47 +9,26 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
-from multiprocessing.sharedctypes import RawArray
 from pathlib import Path
 from typing import Any, Literal
 
 import cv2
-import numpy as np
 
 from situp_annotate.errors import EXIT_FAILED, EXIT_OK, OutputError, SitupError, WorkerError
 from situp_annotate.executors import ProcessExecutor, SerialExecutor, result_of
 from situp_annotate.formats.staging import discard_staging, write_whole
 from situp_annotate.outcomes import VideoFailure, VideoReport
 from situp_annotate.pipeline import annotate_video, versions
+from situp_annotate.progress import BatchProgress, FrameCounters
 from situp_annotate.recipe import Recipe
 from situp_annotate.types import VideoJob
 
-__all__ = ["BATCH_FILE", "BatchProgress", "BatchReport", "Outcome", "annotate_batch", "core_count"]
+__all__ = ["BATCH_FILE", "BatchReport", "Outcome", "annotate_batch", "core_count"]
 
 BATCH_FILE = "batch.json"
 _POLL_S = 0.2
 
 Outcome = VideoReport | VideoFailure
-
-
-@dataclass(frozen=True, slots=True)
-class BatchProgress:
-    """How far a batch has come.
-
-    Attributes
-    ----------
-    videos_done, videos : int
-        Finished or failed, and all.
-    frames_done : int
-        Annotated so far.
-    frames_expected : int
-        Estimate of all frames, from headers and from the videos already done.
-    """
-
-    videos_done: int
-    videos: int
-    frames_done: int
-    frames_expected: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,28 +84,10 @@ class BatchReport:
         }
 
 
-class _Counters:
-    """Frames done and promised of each job, in memory that workers write and the parent reads.
-
-    Each slot has one writer and no lock, so a worker that dies cannot hold anybody up.
-    """
-
-    def __init__(self, jobs: int) -> None:
-        self._shared = RawArray("q", max(2 * jobs, 1))
-
-    def report(self, index: int, done: int, promised: int | None) -> None:
-        self._shared[2 * index] = done
-        self._shared[2 * index + 1] = promised or 0
-
-    def table(self) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
-        """(jobs, 2): done and promised, as of now."""
-        return np.array(self._shared, dtype=np.int64).reshape(-1, 2)
+_counters = FrameCounters(0)
 
 
-_counters = _Counters(0)
-
-
-def _start(counters: _Counters) -> None:
+def _start(counters: FrameCounters) -> None:
     """First call in a worker: one thread for OpenCV, since processes share the cores."""
     global _counters
     _counters = counters
@@ -163,7 +124,7 @@ class _Batch:
         self,
         jobs: Sequence[VideoJob],
         output: Path,
-        counters: _Counters,
+        counters: FrameCounters,
         on_progress: Callable[[BatchProgress], None] | None,
     ) -> None:
         self._jobs = jobs
@@ -199,20 +160,8 @@ class _Batch:
                 outcome = VideoFailure.of(job, error)
             self._outcomes[index] = outcome
         if self._on_progress is not None:
-            self._on_progress(self._progress())
-
-    def _progress(self) -> BatchProgress:
-        done, promised = self._counters.table()[: len(self._jobs)].T
-        finished = np.array([outcome is not None for outcome in self._outcomes])
-        expected = np.where(finished, done, np.maximum(done, promised))
-        known = finished | (promised > 0)
-        usual = expected[known].mean() if known.any() else 0.0
-        return BatchProgress(
-            videos_done=int(finished.sum()),
-            videos=len(self._jobs),
-            frames_done=int(done.sum()),
-            frames_expected=int(expected.sum() + usual * (~known).sum()),
-        )
+            through = [outcome is not None for outcome in self._outcomes]
+            self._on_progress(self._counters.progress(through))
 
     def discard_unfinished(self) -> None:
         for job, outcome in zip(self._jobs, self._outcomes, strict=True):
@@ -289,7 +238,7 @@ def annotate_batch(
     output, recipe = Path(output), recipe or Recipe()
     _check_output(output, jobs, overwrite=overwrite)
     started_at, started = datetime.now(UTC), time.perf_counter()
-    counters = _Counters(len(jobs))
+    counters = FrameCounters(len(jobs))
     batch = _Batch(jobs, output, counters, on_progress)
     processes = 0 if executor == "serial" else min(workers or core_count(), max(len(jobs), 1))
 
@@ -318,7 +267,7 @@ def annotate_batch(
     return finished
 
 
-def _make_executor(processes: int, counters: _Counters) -> Executor:
+def _make_executor(processes: int, counters: FrameCounters) -> Executor:
     if processes == 0:
         _start(counters)
         return SerialExecutor()

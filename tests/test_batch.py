@@ -222,6 +222,7 @@ def test_interrupt_keeps_what_is_complete_and_leaves_no_process(tmp_path):
         os.killpg(process.pid, signal.SIGINT)
         _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130, stderr
+    assert b"Interrupted: the videos that were complete are in" in stderr
     assert sorted(path.name for path in output.iterdir()) == ["batch.json", "short"]
     written = json.loads((output / "batch.json").read_text())
     assert written["interrupted"]

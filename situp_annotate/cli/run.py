@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from situp_annotate.errors import EXIT_INTERRUPTED
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from situp_annotate.batch import BatchProgress
+    from situp_annotate.progress import BatchProgress
 
 __all__ = ["run"]
 
@@ -106,16 +108,24 @@ def run(
 
     chosen = load_recipe(recipe, settings)
     jobs = load_manifest(manifest, allow_outside=allow_outside).jobs
-    with _progress_bar(len(jobs)) as show:
-        report = annotate_batch(
-            jobs,
-            output,
-            chosen,
-            workers=workers,
-            executor="serial" if executor == "serial" else "process",
-            overwrite=overwrite,
-            on_progress=show,
+    try:
+        with _progress_bar(len(jobs)) as show:
+            report = annotate_batch(
+                jobs,
+                output,
+                chosen,
+                workers=workers,
+                executor="serial" if executor == "serial" else "process",
+                overwrite=overwrite,
+                on_progress=show,
+            )
+    except KeyboardInterrupt:
+        click.echo(
+            f"Interrupted: the videos that were complete are in {output}, and batch.json there "
+            "names them.",
+            err=True,
         )
+        raise click.exceptions.Exit(EXIT_INTERRUPTED) from None
     for line in summary_lines(report, output):
         click.echo(line)
     raise click.exceptions.Exit(report.exit_code)
