@@ -242,16 +242,6 @@ def annotate_batch(
     batch = _Batch(jobs, output, counters, on_progress)
     processes = 0 if executor == "serial" else min(workers or core_count(), max(len(jobs), 1))
 
-    def report(*, interrupted: bool) -> BatchReport:
-        return BatchReport(
-            batch.outcomes,
-            started_at.isoformat(timespec="seconds"),
-            time.perf_counter() - started,
-            processes,
-            recipe,
-            interrupted,
-        )
-
     interrupted = True
     runner = _make_executor(processes, counters)
     try:
@@ -261,10 +251,17 @@ def annotate_batch(
         # When all is done this only spares the wait for idle processes.
         runner.shutdown(cancel_futures=True)
         batch.discard_unfinished()
-        finished = report(interrupted=interrupted)
-        text = json.dumps(finished.as_dict(), indent=2, ensure_ascii=False)
+        report = BatchReport(
+            batch.outcomes,
+            started_at.isoformat(timespec="seconds"),
+            time.perf_counter() - started,
+            processes,
+            recipe,
+            interrupted,
+        )
+        text = json.dumps(report.as_dict(), indent=2, ensure_ascii=False)
         write_whole(output / BATCH_FILE, text + "\n")
-    return finished
+    return report
 
 
 def _make_executor(processes: int, counters: FrameCounters) -> Executor:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -88,13 +88,7 @@ class Recipe:
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-_SECTIONS: dict[str, Any] = {
-    "tracker": TrackerParams,
-    "decoding": DecodingOptions,
-    "outputs": Outputs,
-    "mot": MotOptions,
-    "overlay": OverlayOptions,
-}
+_SECTIONS: dict[str, Any] = get_type_hints(Recipe)
 
 
 def _folder() -> Path:

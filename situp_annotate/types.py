@@ -21,6 +21,7 @@ import numpy.typing as npt
 from situp_annotate.errors import BoxError
 
 __all__ = [
+    "NS_PER_S",
     "BoundingBox",
     "Finding",
     "Frame",
@@ -33,6 +34,9 @@ __all__ = [
     "VideoInfo",
     "VideoJob",
 ]
+
+NS_PER_S = 1_000_000_000
+"""Nanoseconds, in which all times are."""
 
 Image = npt.NDArray[np.uint8]
 """A picture: uint8, (height, width) grey or (height, width, 3) in OpenCV's order B, G, R."""
@@ -164,7 +168,8 @@ class Keyframe:
     frame : int
         Index of the frame, from 0.
     box : BoundingBox or None
-        Where the object is; None says that it has left the picture (``outside``).
+        Where the object is; None says that it has left the picture (``outside``), until a
+        keyframe with a box.
     occluded : bool
         Whether the object is hidden, wholly or in part, from here to the next keyframe.
     """
@@ -172,11 +177,6 @@ class Keyframe:
     frame: int
     box: BoundingBox | None
     occluded: bool = False
-
-    @property
-    def outside(self) -> bool:
-        """Whether the object has left the picture, until a keyframe with a box."""
-        return self.box is None
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,7 +51,7 @@ def _inspect(path: Path) -> Inspection:
                 source.skip_through()
             except VideoError as raised:
                 error = raised  # what came before still counts
-            return Inspection(source.info, source.frames_decoded, tuple(source.findings), error)
+            return Inspection(source.info, source.frames_decoded, source.findings, error)
     except VideoError as raised:
         return Inspection(error=raised)
 

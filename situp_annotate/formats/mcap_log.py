@@ -20,7 +20,15 @@ from mcap_protobuf.schema import register_schema
 
 from situp_annotate.formats.appearance import caption, track_color
 from situp_annotate.formats.track_states import TrackStates, track_states
-from situp_annotate.types import BoundingBox, Frame, Provenance, Track, TrackPoint, VideoInfo
+from situp_annotate.types import (
+    NS_PER_S,
+    BoundingBox,
+    Frame,
+    Provenance,
+    Track,
+    TrackPoint,
+    VideoInfo,
+)
 
 __all__ = ["ANNOTATIONS_TOPIC", "LOG_TOPIC", "METADATA_NAME", "TRACKS_TOPIC", "McapSink"]
 
@@ -29,13 +37,12 @@ TRACKS_TOPIC = "/tracks"
 LOG_TOPIC = "/log"
 METADATA_NAME = "situp-annotate"
 
-_NS = 1_000_000_000
 _MEDIA_TYPES = {".csv": "text/csv", ".json": "application/json"}
 _TEXT_BACKGROUND = Color(r=0.08, g=0.08, b=0.08, a=0.75)
 
 
 def _timestamp(pts_ns: int) -> Timestamp:
-    seconds, nanos = divmod(pts_ns, _NS)
+    seconds, nanos = divmod(pts_ns, NS_PER_S)
     return Timestamp(seconds=seconds, nanos=nanos)
 
 

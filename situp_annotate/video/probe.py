@@ -13,6 +13,7 @@ from av.stream import Disposition
 from av.video.stream import VideoStream
 
 from situp_annotate.errors import VideoEmptyError, VideoFormatError, VideoMissingError
+from situp_annotate.types import NS_PER_S
 from situp_annotate.video.packet_times import PacketTimes
 from situp_annotate.video.size_watch import SizeWatch
 
@@ -23,7 +24,6 @@ _NO_VIDEO_FORMATS = frozenset({"concat", "dash", "hls", "image2", "sdp", "tty"})
 _DEFAULT_RATE = Fraction(25)
 _SANE_RATES = (Fraction(1, 60), Fraction(500))  # AVI headers may give the clock's rate, say 600
 _MAX_DENOMINATOR = 65_535
-_NS = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class Probe:
 
 def ticks_to_ns(ticks: int, time_base: Fraction) -> int:
     """Turn ticks of `time_base` seconds into nanoseconds, rounded."""
-    return round(ticks * time_base * _NS)
+    return round(ticks * time_base * NS_PER_S)
 
 
 def open_container(path: Path) -> InputContainer:
@@ -246,7 +246,7 @@ def _conclude(container: InputContainer, stream: VideoStream, survey: _Survey) -
         coded_pictures=times.count - survey.undecodable,
         frame_rate=rate,
         timestamps_usable=usable,
-        usual_step_ns=round(_NS / rate) if step is None else ticks_to_ns(step, time_base),
+        usual_step_ns=round(NS_PER_S / rate) if step is None else ticks_to_ns(step, time_base),
         regular=usable and times.regular,
         last_ns=None if last is None else _since_start_ns(last, stream),
         end_ns=None if end is None else _since_start_ns(end, stream),
@@ -290,6 +290,6 @@ def _promised_end_ns(container: InputContainer, stream: VideoStream) -> int | No
         if key.upper().startswith("DURATION") and match:
             hours, minutes, seconds = match.groups()
             whole = int(hours) * 3600 + int(minutes) * 60 + Fraction(seconds)
-            return round(whole * _NS) - start_ns
+            return round(whole * NS_PER_S) - start_ns
     alone = len(container.streams) == 1
     return whole_ns - start_ns if alone and whole_ns is not None else None

@@ -4,7 +4,7 @@ from types import TracebackType
 from typing import Self
 
 from situp_annotate.errors import FrameSizeError, VideoIncompleteError
-from situp_annotate.types import Finding, Frame, VideoInfo
+from situp_annotate.types import NS_PER_S, Finding, Frame, VideoInfo
 from situp_annotate.video.decoder import Decoder
 from situp_annotate.video.findings import FindingLog
 from situp_annotate.video.probe import Probe, SizeChange
@@ -12,7 +12,6 @@ from situp_annotate.video.timeline import Timeline
 
 __all__ = ["FrameSource"]
 
-_NS = 1_000_000_000
 _COVERED = 0.98
 
 
@@ -46,7 +45,7 @@ class FrameSource:
         self._timeline = Timeline(
             frame_rate=info.frame_rate,
             from_stream=info.timestamps == "stream",
-            usual_step_ns=probe.usual_step_ns if probe else round(_NS / info.frame_rate),
+            usual_step_ns=probe.usual_step_ns if probe else round(NS_PER_S / info.frame_rate),
             regular=probe is not None and probe.regular,
         )
         for finding in _opening_findings(info, probe):
@@ -176,8 +175,9 @@ class FrameSource:
         if lost_ns > (1 - _COVERED) * probe.promised_end_ns and lost_ns > 2 * probe.usual_step_ns:
             raise VideoIncompleteError(
                 f"{self.info.path}: the video ends early: {self.frames_decoded} frames up to "
-                f"{end_ns / _NS:.2f} s could be decoded of the {probe.promised_end_ns / _NS:.2f} s "
-                f"that its header promises; {self._outcome('copy or record it anew')}."
+                f"{end_ns / NS_PER_S:.2f} s could be decoded of the "
+                f"{probe.promised_end_ns / NS_PER_S:.2f} s that its header promises; "
+                f"{self._outcome('copy or record it anew')}."
             )
 
     def _outcome(self, advice: str) -> str:

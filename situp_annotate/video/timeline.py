@@ -3,11 +3,10 @@
 from collections.abc import Iterator
 from fractions import Fraction
 
-from situp_annotate.types import Finding
+from situp_annotate.types import NS_PER_S, Finding
 
 __all__ = ["Timeline"]
 
-_NS = 1_000_000_000
 _GAP_STEPS = 1.5
 
 
@@ -45,7 +44,7 @@ class Timeline:
     def place(self, index: int, time_ns: int | None) -> tuple[int, list[Finding]]:
         """Return the time of frame `index`, whose stream says `time_ns`, and what is odd."""
         if not self._from_stream:
-            self.last_ns = round(index * _NS / self._frame_rate)
+            self.last_ns = round(index * NS_PER_S / self._frame_rate)
             return self.last_ns, []
         if index == 0:
             # A few pictures may be shown before what the header calls the start.
@@ -67,11 +66,11 @@ class Timeline:
 
     def _odd(self, index: int, own_ns: int | None, placed_ns: int) -> Iterator[Finding]:
         if own_ns != placed_ns:
-            said = "has no time" if own_ns is None else f"has the time {own_ns / _NS:.3f} s"
+            said = "has no time" if own_ns is None else f"has the time {own_ns / NS_PER_S:.3f} s"
             yield Finding(
                 "timestamps",
-                f"Frame {index} {said}, after {max(self.last_ns, 0) / _NS:.3f} s; it was given "
-                f"{placed_ns / _NS:.3f} s.",
+                f"Frame {index} {said}, after {max(self.last_ns, 0) / NS_PER_S:.3f} s; it was "
+                f"given {placed_ns / NS_PER_S:.3f} s.",
                 index,
             )
         step_ns = placed_ns - self.last_ns
@@ -80,8 +79,8 @@ class Timeline:
             yield Finding(
                 "gap",
                 f"About {missing} frame{'s are' if missing > 1 else ' is'} missing before frame "
-                f"{index} at {placed_ns / _NS:.3f} s: the time goes on by {step_ns / 1e6:.0f} ms "
-                f"where it usually goes on by {self._step_ns / 1e6:.0f} ms. Frame numbers count "
-                "the frames that are there.",
+                f"{index} at {placed_ns / NS_PER_S:.3f} s: the time goes on by "
+                f"{step_ns / 1e6:.0f} ms where it usually goes on by {self._step_ns / 1e6:.0f} ms. "
+                "Frame numbers count the frames that are there.",
                 index,
             )

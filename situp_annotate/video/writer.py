@@ -10,12 +10,11 @@ import numpy as np
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 
 from situp_annotate.errors import OutputError
-from situp_annotate.types import Image
+from situp_annotate.types import NS_PER_S, Image
 
 __all__ = ["H264Writer"]
 
 _TICKS_PER_SECOND = 90_000
-_NS = 1_000_000_000
 
 
 class H264Writer:
@@ -94,7 +93,7 @@ class H264Writer:
             dst_color_range=ColorRange.MPEG,
             threads=1,
         )
-        tick = max(round(pts_ns * _TICKS_PER_SECOND / _NS), self._last_tick + 1)
+        tick = max(round(pts_ns * _TICKS_PER_SECOND / NS_PER_S), self._last_tick + 1)
         self._last_tick = tick
         frame.pts, frame.time_base = tick, Fraction(1, _TICKS_PER_SECOND)
         frame.duration = self._usual_ticks

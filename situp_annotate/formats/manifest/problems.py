@@ -2,7 +2,7 @@
 
 Three passes look at the raw document, so that one malformed part hides nothing of the rest:
 what JSON lets slip (repeated keys, NaN), the shape of each entry (the models of
-``manifest_schema``), and the rules between entries.
+``schema``), and the rules between entries.
 """
 
 import difflib

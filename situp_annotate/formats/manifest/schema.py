@@ -1,7 +1,7 @@
 """The shape of a manifest: one model per object, for checking and for the JSON Schema.
 
 What the models cannot say (rules between entries, and the wording of problems) stands in
-``manifest_problems``.
+``problems``.
 """
 
 import re
