@@ -15,11 +15,11 @@ from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 from situp_annotate.errors import TrackingError
-from situp_annotate.types import Image
 
-__all__ = ["COLOR_CHANNELS", "builtin_table", "color_names", "load_table"]
+__all__ = ["COLOR_CHANNELS", "add_color_names", "builtin_table", "load_table"]
 
 COLOR_CHANNELS = 10
 _BINS = 32
@@ -145,29 +145,36 @@ def load_table(path: str) -> npt.NDArray[np.float32]:
             f"file."
         ) from error
     if loaded.shape == (_BINS**3, _TERMS):
-        return _centred(loaded)
+        loaded = _centred(loaded)
     if loaded.shape != (_BINS**3, COLOR_CHANNELS) or not np.isfinite(loaded).all():
         raise TrackingError(
             f"{path}: a colour-name table has 32768 rows of 10 or 11 finite numbers, "
             f"this one has shape {loaded.shape}."
         )
-    return np.ascontiguousarray(loaded, np.float32)
+    table = np.array(loaded, np.float32, order="C")
+    table.setflags(write=False)
+    return table
 
 
-def color_names(images: Image, table: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """Look up the colour names of pictures.
+@njit(cache=True, nogil=True)
+def add_color_names(image, table, weights, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Look up the colour names of a picture.
 
     Parameters
     ----------
-    images : Image
-        (n, rows, columns, 3), uint8, in the order B, G, R.
+    image : Image
+        (columns, rows, 3), uint8, in the order B, G, R.
     table : ndarray of float32
         (32768, 10).
-
-    Returns
-    -------
-    ndarray of float32
-        (n, 10, rows, columns).
+    weights : ndarray of float32
+        (rows, columns), with which each pixel's names are multiplied.
+    out : ndarray of float32
+        (columns, rows, 10): columns before rows, as the transform wants them; overwritten.
     """
-    blue, green, red = np.moveaxis(images >> 3, -1, 0).astype(np.intp)
-    return np.moveaxis(table[red + _BINS * green + _BINS**2 * blue], -1, 1)
+    for j in range(image.shape[0]):
+        for i in range(image.shape[1]):
+            pixel = image[j, i]
+            blue, green, red = pixel[0] >> 3, pixel[1] >> 3, pixel[2] >> 3
+            names = table[red + _BINS * green + _BINS * _BINS * blue]
+            for name in range(COLOR_CHANNELS):
+                out[j, i, name] = weights[i, j] * names[name]

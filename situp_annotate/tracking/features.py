@@ -1,72 +1,117 @@
-"""Stack the channels that the filter sees: fHOG, grey and colour names under a cosine window."""
+"""Stack the channels that the filter sees: fHOG, grey and colour names under a cosine window.
+
+§III-B of the paper. Colour: 31 fHOG + 1 grey + 10 colour names = 42 channels. Grey: 31 fHOG + 1
+grey, which counts twice as in the authors' code, 33 channels to them: to the linear kernel two
+equal channels are one that is √2 times as high.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 from situp_annotate.tracking.color_names import (
     COLOR_CHANNELS,
+    add_color_names,
     builtin_table,
-    color_names,
     load_table,
 )
-from situp_annotate.tracking.hog import HOG_CHANNELS, fhog
+from situp_annotate.tracking.hog import HOG_CHANNELS, orientation_table
 from situp_annotate.tracking.params import TrackerParams
-from situp_annotate.tracking.resizing import Resizer
-from situp_annotate.types import Image
+from situp_annotate.tracking.resizing import Resizing, plan_resizing, resize
 
-__all__ = ["FeatureExtractor", "luma"]
+__all__ = ["FeaturePlan", "add_colors", "luma", "plan_features"]
 
-
-def luma(images: Image) -> npt.NDArray[np.float32]:
-    """Grey of B, G, R pictures (…, 3), rounded to whole numbers 0–255 (ITU-R BT.601)."""
-    weighted = images[..., 0] * 0.1140 + images[..., 1] * 0.5870 + images[..., 2] * 0.2989
-    rounded: npt.NDArray[np.float32] = np.floor(weighted + 0.5).astype(np.float32)
-    return rounded
+Real = npt.NDArray[np.float32]
 
 
-class FeatureExtractor:
-    """Turns windows of one size into feature maps; §III-B of the paper.
+class FeaturePlan(NamedTuple):
+    """How to turn windows of one size into feature maps.
 
-    Colour: 31 fHOG + 1 grey + 10 colour names = 42 channels. Grey: 31 fHOG + twice the grey
-    channel = 33, as in the authors' code.
+    ``cosine_window`` has the maps' rows and columns, ``color_table`` no rows for grey windows.
+    """
+
+    cell_size: int
+    orientations: npt.NDArray[np.uint8]
+    resizing: Resizing
+    cosine_window: Real
+    grey_gain: float
+    color_table: Real
+
+    @property
+    def channels(self) -> int:
+        """How many maps there are: 42 for colour, 32 for grey."""
+        return HOG_CHANNELS + 1 + (COLOR_CHANNELS if len(self.color_table) else 0)
+
+    @property
+    def elements(self) -> int:
+        """Rows · columns · channels as the authors count them: 42 for colour, 33 for grey."""
+        return self.cosine_window.size * (self.channels + (len(self.color_table) == 0))
+
+
+def plan_features(window_hw: tuple[int, int], params: TrackerParams, *, color: bool) -> FeaturePlan:
+    """Plan the features of windows.
 
     Parameters
     ----------
     window_hw : tuple of int
         Rows and columns of a window in pixels.
-    color : bool
-        Whether windows have three channels.
     params : TrackerParams
         ``cell_size`` and ``color_table`` are used.
+    color : bool
+        Whether windows have three channels.
     """
+    rows, columns = (size // params.cell_size for size in window_hw)
+    table = np.empty((0, COLOR_CHANNELS), np.float32)
+    table.setflags(write=False)
+    if color:
+        path = params.color_table
+        table = builtin_table() if path is None else load_table(path)
+    return FeaturePlan(
+        cell_size=params.cell_size,
+        orientations=orientation_table(),
+        resizing=plan_resizing(window_hw, (rows, columns)),
+        cosine_window=np.outer(np.hanning(rows), np.hanning(columns)).astype(np.float32),
+        grey_gain=1.0 if color else float(np.sqrt(2)),
+        color_table=table,
+    )
 
-    def __init__(self, window_hw: tuple[int, int], *, color: bool, params: TrackerParams) -> None:
-        self._cell_size = params.cell_size
-        self.grid_hw = (window_hw[0] // params.cell_size, window_hw[1] // params.cell_size)
-        self.channels = HOG_CHANNELS + (1 + COLOR_CHANNELS if color else 2)
-        self._shrink = Resizer(window_hw, self.grid_hw)
-        self._window = np.outer(np.hanning(self.grid_hw[0]), np.hanning(self.grid_hw[1]))
-        self._window = self._window.astype(np.float32)
-        self._table: npt.NDArray[np.float32] | None = None
-        if color:
-            path = params.color_table
-            self._table = builtin_table() if path is None else load_table(path)
 
-    def __call__(self, windows: Image) -> npt.NDArray[np.float32]:
-        """Compute the features of windows (n, rows, columns, 1 or 3).
+@njit(cache=True, nogil=True)
+def luma(blue, green, red):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Grey of a colour, rounded to a whole number 0–255 (ITU-R BT.601)."""
+    return np.floor(
+        0.298936021293775 * red + 0.587043074451121 * green + 0.114020904255103 * blue + 0.5
+    )
 
-        Returns
-        -------
-        ndarray of float32
-            (n, channels, grid rows, grid columns).
-        """
-        features = np.empty((len(windows), self.channels, *self.grid_hw), np.float32)
-        fhog(windows, self._cell_size, features[:, :HOG_CHANNELS])
-        small = self._shrink(windows)
-        if self._table is None:
-            features[:, HOG_CHANNELS:] = small[:, np.newaxis, :, :, 0] / np.float32(255) - 0.5
-        else:
-            features[:, HOG_CHANNELS] = luma(small) / 255 - 0.5
-            features[:, HOG_CHANNELS + 1 :] = color_names(small, self._table)
-        features *= self._window
-        return features
+
+@njit(cache=True, nogil=True)
+def _add_grey(small, gain, weights, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    columns, rows, channels = small.shape
+    for j in range(columns):
+        for i in range(rows):
+            pixel = small[j, i]
+            level = float(pixel[0])
+            if channels == 3:
+                level = luma(level, float(pixel[1]), float(pixel[2]))
+            out[j, i] = gain * weights[i, j] * (level / 255.0 - 0.5)
+
+
+@njit(cache=True, nogil=True)
+def add_colors(window, plan, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Compute the channels after fHOG: grey and colour names.
+
+    Parameters
+    ----------
+    window : Image
+        (rows, 1 or 3, columns), uint8; three channels in the order B, G, R.
+    plan : FeaturePlan
+        For windows of this size.
+    out : ndarray of float32
+        (columns, rows, channels) of the maps; those after fHOG's are overwritten.
+    """
+    small, weights = resize(window, plan.resizing), plan.cosine_window
+    _add_grey(small, plan.grey_gain, weights, out[:, :, HOG_CHANNELS])
+    if plan.color_table.shape[0]:
+        add_color_names(small, plan.color_table, weights, out[:, :, HOG_CHANNELS + 1 :])

@@ -15,25 +15,31 @@ class TrackerParams:
     Attributes
     ----------
     padding : float
-        Search window over target size, each side; §IV-A. At least 1.
+        Search window over target size, each side; at least 1. §IV-A gives the padding ratio 1.5,
+        what is added, which makes 2.5; the authors' code has both forms.
     cell_size : int
-        Side of a feature cell in pixels of the window; §IV-A. At least 2.
+        Side of a feature cell in pixels of the window; at least 2. Not in the paper; 4 in the
+        authors' code, which also moves by whole cells.
     label_sigma : float
-        Width of the regression target y, equation (2), over the square root of the target's
-        area. Greater than 0.
+        Standard deviation of the regression target **y**, equation (2), over the square root of
+        the target's area; greater than 0. §IV-A: a tenth of the target size. The authors' code
+        divides by the cell size, as here.
     regularization : float
-        λ of the ridge regression, equations (2) and (7). Greater than 0.
+        λ of the ridge regression, equations (2) and (7); greater than 0. §IV-A: 0.0003. The
+        authors' code divides kernels by their number of elements, so that it fits all sizes.
     learning_rate : float
-        θ of the model update, equation (11). In [0, 1]; 0 keeps the first frame's model.
+        θ of the model update, equation (11); in [0, 1], 0 keeps the first frame's model. §IV-A:
+        0.004. The authors' code updates in every frame, α̂ and the template alike.
     scale_factors : tuple of float
-        The pool S of scales t, in the order in which equal APCEs are preferred; equation (14).
-        ``(1.0,)`` turns the search for scale off.
+        The pool **S** of scales t, equation (14); 1 to 32 numbers from 0.5 to 2, ``(1.0,)`` turns
+        the search for scale off. §IV-A, in the authors' order: of equal APCEs the first wins.
     halve_above : float
         Targets of this size (square root of the area, pixels) or more are tracked in the picture
-        of half size; the authors' code. Greater than 0.
+        of half size; greater than 0. Not in the paper; 100 in the authors' code.
     color_table : str or None
         Path of a colour-name table to use in place of the built-in model; see
-        :func:`situp_annotate.tracking.color_names.load_table`.
+        :func:`situp_annotate.tracking.color_names.load_table`. The authors' code uses the table of
+        van de Weijer et al.
 
     Raises
     ------
@@ -58,8 +64,9 @@ class TrackerParams:
             "regularization": (self.regularization > 0, "greater than 0"),
             "learning_rate": (0 <= self.learning_rate <= 1, "from 0 to 1"),
             "scale_factors": (
-                len(self.scale_factors) > 0 and all(0.5 <= t <= 2 for t in self.scale_factors),
-                "one or more numbers from 0.5 to 2",
+                1 <= len(self.scale_factors) <= 32
+                and all(0.5 <= t <= 2 for t in self.scale_factors),
+                "1 to 32 numbers from 0.5 to 2",
             ),
             "halve_above": (self.halve_above > 0, "greater than 0"),
         }

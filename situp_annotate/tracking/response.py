@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 
 __all__ = ["Peak", "apce", "find_peak"]
 
@@ -24,14 +25,27 @@ class Peak:
     value: float
 
 
+@njit(cache=True, nogil=True)
+def _apce(response):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    rows, columns = response.shape
+    lowest = highest = float(response[0, 0])
+    for i in range(rows):
+        for j in range(columns):
+            lowest = min(lowest, float(response[i, j]))
+            highest = max(highest, float(response[i, j]))
+    energy = 0.0
+    for i in range(rows):
+        for j in range(columns):
+            energy += (response[i, j] - lowest) ** 2
+    return (highest - lowest) ** 2 * response.size / energy if energy > 0.0 else 0.0
+
+
 def apce(response: npt.NDArray[np.floating]) -> float:
     """Average peak-to-correlation energy, equation (13), in double precision.
 
     Unchanged by a·R + b for a > 0 and by rolling. A constant map has no peak: 0.
     """
-    above = response.astype(np.float64) - response.min()
-    energy = float(np.mean(above**2))
-    return float(above.max()) ** 2 / energy if energy > 0 else 0.0
+    return float(_apce(response))
 
 
 def _wrap(index: int, size: int) -> int:

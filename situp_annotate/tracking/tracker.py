@@ -8,21 +8,25 @@ decides; the places are named in the modules of this package.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from situp_annotate.errors import TrackingError
-from situp_annotate.tracking import correlation
-from situp_annotate.tracking.features import FeatureExtractor
+from situp_annotate.tracking.correlation import CorrelationFilter, gaussian_labels
 from situp_annotate.tracking.params import TrackerParams
-from situp_annotate.tracking.resizing import Resizer
 from situp_annotate.tracking.response import apce, find_peak
-from situp_annotate.tracking.sampling import as_channels, sample_windows
+from situp_annotate.tracking.window import Placement, SearchWindow, search_windows
 from situp_annotate.types import BoundingBox, Image
 
 __all__ = ["Estimate", "SitupTracker", "Tracker"]
+
+Real = npt.NDArray[np.float32]
+
+_KEPT_BYTES = 2**20
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,10 +116,50 @@ class SitupTracker:
         TrackingError
             If there was no :meth:`init`, or the picture is of another kind or shape.
         """
+        return self._target_for(image).update(image)
+
+    def locate(self, image: Image) -> Estimate:
+        """Find the target in a picture, but stay where it was and learn nothing.
+
+        Parameters and errors are those of :meth:`update`.
+        """
+        return self._target_for(image).locate(image)[1]
+
+    def candidates(self, image: Image) -> tuple[Estimate, ...]:
+        """Find the target at each scale of the pool, in its order; change nothing.
+
+        :meth:`locate` gives the one with the highest APCE. Parameters and errors are those of
+        :meth:`update`.
+        """
+        return self._target_for(image).candidates(image)
+
+    def learn(self, image: Image, box: BoundingBox) -> None:
+        """Go to where the target is known to be in a picture, and learn from there.
+
+        Parameters
+        ----------
+        image : Image
+            Of the same shape as the picture given to :meth:`init`.
+        box : BoundingBox
+            May reach beyond the picture; its size is the target's from now on.
+
+        Raises
+        ------
+        TrackingError
+            As :meth:`update`.
+        """
+        self._target_for(image).learn(image, box)
+
+    def _target_for(self, image: Image) -> "_Target":
         if self._target is None:
             raise TrackingError("The tracker has no target yet: call init(image, box) first.")
         _check_image(image)
-        return self._target.update(image)
+        if image.shape != self._target.shape:
+            raise TrackingError(
+                f"The picture has shape {image.shape}, the one the target was learnt from "
+                f"{self._target.shape}: all must be the same."
+            )
+        return self._target
 
 
 def _check_image(image: object) -> None:
@@ -133,95 +177,100 @@ def _check_image(image: object) -> None:
 
 
 class _Target:
-    """One target and its model: everything that changes from frame to frame.
-
-    Works in array indices of the picture, or of the picture at half size for large targets.
-    """
+    """One target and its model: everything that changes from frame to frame."""
 
     def __init__(self, image: Image, box: BoundingBox, params: TrackerParams) -> None:
         self._params = params
-        self._shape = image.shape
-        size = np.array([box.height, box.width])
-        center = np.array([box.y, box.x]) + np.floor(size / 2)
-        self._halve: Resizer | None = None
-        if math.sqrt(size.prod()) >= params.halve_above:
-            height, width = image.shape[:2]
-            self._halve = Resizer((height, width), ((height + 1) // 2, (width + 1) // 2))
-            # The authors halve and floor positions that count from 1.
-            center = np.floor((center + 1) / 2) - 1
-            size = np.floor(size / 2)
-        self._center_yx, self._size_hw, self._first_size_hw = center, size, size
-        # At least two cells a side, so that targets of a few pixels have a grid at all.
-        window = np.maximum(np.floor(size * params.padding), 2 * params.cell_size).astype(int)
-        self._window_hw = (int(window[0]), int(window[1]))
-        self._extract = FeatureExtractor(self._window_hw, color=image.ndim == 3, params=params)
-        self._columns = self._extract.grid_hw[1]
-        sigma = params.label_sigma * math.sqrt(size.prod()) / params.cell_size
-        labels = correlation.gaussian_labels(self._extract.grid_hw, sigma)
-        self._labels_f = correlation.spectrum(labels)
-        self._alpha_f, self._template_f = self._learn(self._prepare(image))
+        self.shape = image.shape
+        self._window = SearchWindow(image.shape, box, params)
+        self._placement = self._window.first
+        sigma = params.label_sigma * math.sqrt(self._placement.height * self._placement.width)
+        labels = gaussian_labels(self._window.grid_hw, sigma / params.cell_size)
+        shape = self._window.spectrum_shape
+        self._filter = CorrelationFilter(
+            labels, shape, self._window.plan.features.elements, params.regularization
+        )
+        # Spectra of the windows searched last, all of them if the nearer caches can hold them.
+        scales = len(params.scale_factors)
+        self._keeps_all = 4 * scales * math.prod(shape) <= _KEPT_BYTES
+        self._spectra = np.empty((scales if self._keeps_all else 1, *shape), np.float32)
+        # Numbers of the windows searched last, by the steps between their samples.
+        self._searched: dict[tuple[float, float], int] = {}
+        self.learn(image, self._placement)
 
     def update(self, image: Image) -> Estimate:
         """Algorithm 1 of the paper."""
-        if image.shape != self._shape:
-            raise TrackingError(
-                f"The picture has shape {image.shape}, the one the target was learnt from "
-                f"{self._shape}: all must be the same."
-            )
-        picture = self._prepare(image)
-        responses = correlation.respond(
-            self._alpha_f,
-            self._template_f,
-            self._spectra(picture, self._params.scale_factors),
-            self._columns,
-        )
+        before = self._placement
+        found, estimate = self.locate(image)
+        known = None
+        if self._keeps_all and found[:2] == before[:2]:
+            known = self._searched.get(self._window.steps(found, 1.0))
+        if known is None:
+            self.learn(image, found)
+        else:
+            self._placement = found
+            self._filter.learn(self._spectra[known], self._params.learning_rate)
+        return estimate
+
+    def locate(self, image: Image) -> tuple[Placement, Estimate]:
+        """Find the target, by the scale with the sharpest response."""
+        responses = self._responses(image)
         sharpness = [apce(response) for response in responses]
         best = int(np.argmax(sharpness))  # equation (14)
-        peak = find_peak(responses[best])
-        factor = self._params.scale_factors[best]
-        sampled_width = math.floor(self._size_hw[1] * self._params.padding * factor)
-        pixels_per_cell = self._params.cell_size * sampled_width / self._window_hw[1]
-        self._center_yx = self._center_yx + pixels_per_cell * np.array(peak.offset_yx)
-        self._size_hw = self._size_hw * factor
-        alpha_f, template_f = self._learn(picture)
-        rate = self._params.learning_rate
-        self._alpha_f = correlation.interpolate(self._alpha_f, alpha_f, rate)
-        self._template_f = correlation.interpolate(self._template_f, template_f, rate)
-        return Estimate(
-            box=self._box(),
-            apce=sharpness[best],
+        return self._estimate(self._params.scale_factors[best], responses[best], sharpness[best])
+
+    def candidates(self, image: Image) -> tuple[Estimate, ...]:
+        """Find the target at each scale of the pool."""
+        pairs = zip(self._params.scale_factors, self._responses(image), strict=True)
+        return tuple(self._estimate(factor, map_, apce(map_))[1] for factor, map_ in pairs)
+
+    def learn(self, image: Image, where: Placement | BoundingBox) -> None:
+        """Place the target and update the model there."""
+        if isinstance(where, BoundingBox):
+            where = self._window.placement(where)
+        self._placement = where
+        picture = self._window.prepare(image, where, (1.0,))
+        steps = [self._window.steps(where, 1.0)]
+        self._search(picture, steps, self._spectra[:1], np.empty((0, 1, 1), np.float32))
+        self._filter.learn(self._spectra[0], self._params.learning_rate)
+
+    def _responses(self, image: Image) -> Real:
+        """Response map of each scale of the pool, (scales, rows, columns); equation (10)."""
+        factors, where = self._params.scale_factors, self._placement
+        picture = self._window.prepare(image, where, factors)
+        # Windows are whole pixels, so that scales of a small target can have the same.
+        self._searched.clear()
+        windows = [
+            self._searched.setdefault(self._window.steps(where, factor), len(self._searched))
+            for factor in factors
+        ]
+        responses = np.empty((len(self._searched), *self._window.grid_hw), np.float32)
+        self._search(picture, self._searched, self._spectra, responses)
+        return responses[windows]
+
+    def _search(
+        self, picture: Image, steps: Iterable[tuple[float, float]], spectra: Real, responses: Real
+    ) -> None:
+        search_windows(
+            picture, self._placement[:2], np.array(list(steps)), self._window.plan,
+            self._filter.model, spectra, responses,
+        )  # fmt: skip
+
+    def _estimate(
+        self, factor: float, response: Real, sharpness: float
+    ) -> tuple[Placement, Estimate]:
+        """Where the target is if this is its scale and response map."""
+        before, peak = self._placement, find_peak(response)
+        step = self._params.cell_size * self._window.steps(before, factor)[1]
+        found = Placement(
+            before.center_y + step * peak.offset_yx[0],
+            before.center_x + step * peak.offset_yx[1],
+            before.height * factor,
+            before.width * factor,
+        )
+        return found, Estimate(
+            box=self._window.box(found),
+            apce=sharpness,
             peak=peak.value,
-            scale=float(self._size_hw[0] / self._first_size_hw[0]),
+            scale=found.height / self._window.first.height,
         )
-
-    def _prepare(self, image: Image) -> Image:
-        """Picture with a channel axis, at half size for large targets."""
-        picture = as_channels(image)
-        if self._halve is not None:
-            picture = self._halve(picture[np.newaxis])[0]
-        return picture
-
-    def _spectra(self, picture: Image, factors: tuple[float, ...]) -> correlation.Complex:
-        """Spectra of the features of the windows at each scale, around the present state."""
-        windows = sample_windows(
-            picture,
-            (float(self._center_yx[0]), float(self._center_yx[1])),
-            (self._size_hw[0] * self._params.padding, self._size_hw[1] * self._params.padding),
-            factors,
-            self._window_hw,
-        )
-        return correlation.spectrum(self._extract(windows))
-
-    def _learn(self, picture: Image) -> tuple[correlation.Complex, correlation.Complex]:
-        """Dual coefficients and template of the present state alone."""
-        (template_f,) = self._spectra(picture, (1.0,))
-        alpha_f = correlation.train(
-            template_f, self._labels_f, self._columns, self._params.regularization
-        )
-        return alpha_f, template_f
-
-    def _box(self) -> BoundingBox:
-        corner, size = self._center_yx - self._size_hw / 2, self._size_hw
-        if self._halve is not None:
-            corner, size = 2 * corner + 1, 2 * size
-        return BoundingBox(float(corner[1]), float(corner[0]), float(size[1]), float(size[0]))

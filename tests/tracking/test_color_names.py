@@ -6,8 +6,8 @@ import pytest
 from situp_annotate.errors import TrackingError
 from situp_annotate.tracking.color_names import (
     _probabilities,
+    add_color_names,
     builtin_table,
-    color_names,
     load_table,
 )
 
@@ -41,12 +41,13 @@ def test_inner_products_are_those_of_the_probabilities():
 def test_lookup_takes_blue_green_red():
     table = np.zeros((32768, 10), np.float32)
     table[31] = 1  # pure red
-    image = np.zeros((1, 2, 2, 3), np.uint8)
-    image[0, 0, 1] = (0, 0, 255)
-    found = color_names(image, table)
-    assert found.shape == (1, 10, 2, 2)
-    assert found[0, :, 0, 1].all()
-    assert found.sum() == 10
+    image = np.zeros((3, 2, 3), np.uint8)  # columns before rows
+    image[2, 0] = (0, 0, 255)
+    weights = np.full((2, 3), 0.5, np.float32)
+    found = np.empty((3, 2, 10), np.float32)
+    add_color_names(image, table, weights, found)
+    assert (found[2, 0] == 0.5).all()
+    assert found.sum() == 5
 
 
 @pytest.mark.parametrize("suffix", [".npy", ".npz", ".txt"])

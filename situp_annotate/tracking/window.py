@@ -1,0 +1,189 @@
+"""The search window: from a place in a picture to the spectra of the features there."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from situp_annotate.tracking.correlation import respond
+from situp_annotate.tracking.features import FeaturePlan, add_colors, plan_features
+from situp_annotate.tracking.fourier import TransformPlan, invert, plan_transform, transform
+from situp_annotate.tracking.hog import fhog
+from situp_annotate.tracking.params import TrackerParams
+from situp_annotate.tracking.resizing import halve
+from situp_annotate.tracking.sampling import sample_window, sampling_steps
+from situp_annotate.types import BoundingBox, Image
+
+__all__ = ["Placement", "SearchWindow", "WindowPlan", "search_windows"]
+
+Real = npt.NDArray[np.float32]
+
+
+class Placement(NamedTuple):
+    """Where a target is: array indices, as floats, of the picture that is searched."""
+
+    center_y: float
+    center_x: float
+    height: float
+    width: float
+
+
+class WindowPlan(NamedTuple):
+    """How to get from a picture to spectra; ``window`` and ``maps`` are scratch."""
+
+    features: FeaturePlan
+    transform: TransformPlan
+    window: Image
+    maps: Real
+
+
+@njit(cache=True, nogil=True)
+def search_windows(picture, center_yx, steps_yx, plan, model, spectra, responses):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Spectra and response maps of windows around one centre.
+
+    One call for all: it neither holds Python's lock meanwhile nor waits for it in between.
+
+    Parameters
+    ----------
+    picture : Image
+        From :meth:`SearchWindow.prepare`.
+    center_yx : tuple of float
+        Centre of the target, as array indices.
+    steps_yx : ndarray of float
+        (n, 2), from :meth:`SearchWindow.steps`.
+    plan : WindowPlan
+        Of the :class:`SearchWindow`.
+    model : Model
+        Of the :class:`CorrelationFilter`.
+    spectra : ndarray of float32
+        (n or 1, rows, 2, columns // 2 + 1, channels): gets the spectra of the features, or that
+        of the last window.
+    responses : ndarray of float32
+        (n or 0, rows, columns): gets the response maps, equations (9) and (10), if wanted; the
+        peak's place is the displacement in cells, wrapped around.
+    """
+    features = plan.features
+    rows, columns = features.cosine_window.shape
+    responses_f = np.empty((rows, 2, columns // 2 + 1, len(responses)), np.float32)
+    for n in range(len(steps_yx)):
+        sample_window(picture, center_yx, (steps_yx[n, 0], steps_yx[n, 1]), plan.window)
+        fhog(
+            plan.window, features.orientations, features.cell_size, features.cosine_window,
+            plan.maps,
+        )  # fmt: skip
+        add_colors(plan.window, features, plan.maps)
+        spectrum = spectra[n % len(spectra)]
+        transform(plan.maps, plan.transform, spectrum)
+        if len(responses):
+            respond(spectrum, model, responses_f[:, :, :, n])
+    if len(responses):
+        invert(responses_f, plan.transform, responses)
+
+
+def _read_only(picture: Image) -> Image:
+    """View of a picture, always of one kind: kernels are compiled for each kind of array."""
+    view = np.ascontiguousarray(picture).view()
+    view.setflags(write=False)
+    return view
+
+
+class SearchWindow:
+    """The window in which a target is searched, of one size in cells for good.
+
+    Large targets are searched in the picture of half size, of which only the part below the
+    window is computed.
+
+    Parameters
+    ----------
+    image_shape : tuple of int
+        Of all pictures: (height, width) or (height, width, 3).
+    box : BoundingBox
+        The target's first box.
+    params : TrackerParams
+        ``padding``, ``cell_size``, ``halve_above`` and ``color_table`` are used.
+
+    Attributes
+    ----------
+    first : Placement
+        Of the first box.
+    grid_hw : tuple of int
+        Rows and columns of the feature maps.
+    spectrum_shape : tuple of int
+        (rows, 2, columns // 2 + 1, channels), of their spectra.
+    plan : WindowPlan
+        How to get at their spectra.
+    """
+
+    def __init__(
+        self, image_shape: tuple[int, ...], box: BoundingBox, params: TrackerParams
+    ) -> None:
+        self._params = params
+        self._halved = math.sqrt(box.height * box.width) >= params.halve_above
+        self.first = self._first(box)
+        # At least two cells a side, so that targets of a few pixels have a grid at all.
+        self._window_hw = (
+            max(math.floor(self.first.height * params.padding), 2 * params.cell_size),
+            max(math.floor(self.first.width * params.padding), 2 * params.cell_size),
+        )
+        colors = image_shape[2] if len(image_shape) == 3 else 1
+        half_hw = ((image_shape[0] + 1) // 2, (image_shape[1] + 1) // 2)
+        self._half = np.empty((*(half_hw if self._halved else (0, 0)), colors), np.uint8)
+        features = plan_features(self._window_hw, params, color=colors == 3)
+        self.grid_hw = rows, columns = features.cosine_window.shape
+        self.spectrum_shape = (rows, 2, columns // 2 + 1, features.channels)
+        self.plan = WindowPlan(
+            features,
+            plan_transform(self.grid_hw, features.channels),
+            np.empty((self._window_hw[0], colors, self._window_hw[1]), np.uint8),
+            np.empty((columns, rows, features.channels), np.float32),
+        )
+
+    def _first(self, box: BoundingBox) -> Placement:
+        height, width = float(box.height), float(box.width)
+        center_y, center_x = box.y + height // 2, box.x + width // 2
+        if not self._halved:
+            return Placement(center_y, center_x, height, width)
+        # The authors halve and floor positions that count from 1.
+        return Placement((center_y + 1) // 2 - 1, (center_x + 1) // 2 - 1, height // 2, width // 2)
+
+    def placement(self, box: BoundingBox) -> Placement:
+        """Where a box is; the inverse of :meth:`box`."""
+        y, x = box.y + box.height / 2, box.x + box.width / 2
+        if self._halved:
+            return Placement((y - 1) / 2, (x - 1) / 2, box.height / 2, box.width / 2)
+        return Placement(y, x, box.height, box.width)
+
+    def box(self, placement: Placement) -> BoundingBox:
+        """Return the box of a placement, in pixels of the picture as it is."""
+        center_y, center_x, height, width = placement
+        if self._halved:
+            center_y, center_x, height, width = (
+                2 * center_y + 1, 2 * center_x + 1, 2 * height, 2 * width,
+            )  # fmt: skip
+        return BoundingBox(center_x - width / 2, center_y - height / 2, width, height)
+
+    def prepare(self, image: Image, placement: Placement, factors: tuple[float, ...]) -> Image:
+        """Make the picture that is searched: with a channel axis, at half size for large targets.
+
+        Only what lies below the windows at these factors is computed.
+        """
+        picture = _read_only(image if image.ndim == 3 else image[:, :, np.newaxis])
+        if not self._halved:
+            return picture
+        span: list[int] = []
+        steps = [self.steps(placement, factor) for factor in factors]
+        for axis, center in enumerate((placement.center_y, placement.center_x)):
+            reach = max(step[axis] for step in steps) * (self._window_hw[axis] / 2 + 1) + 2
+            size = self._half.shape[axis]
+            start = min(max(math.floor(center - reach), 0), size - 1)
+            span += [start, min(max(math.ceil(center + reach), start + 1), size)]
+        halve(picture, (span[0], span[1], span[2], span[3]), self._half)
+        return _read_only(self._half)
+
+    def steps(self, placement: Placement, factor: float) -> tuple[float, float]:
+        """Pixels between neighbouring samples at a scale, along rows and columns."""
+        padding = self._params.padding
+        size_hw = (placement.height * padding, placement.width * padding)
+        return sampling_steps(size_hw, factor, self._window_hw)
