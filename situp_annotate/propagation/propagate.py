@@ -1,13 +1,19 @@
 """The narrow waist of the house: frames in, labels out."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 
 from situp_annotate.propagation.confidence import RelativeSharpness
 from situp_annotate.tracking import Estimate, SitupTracker, Tracker
 from situp_annotate.types import Frame, Image, Keyframe, Provenance, State, Track, TrackPoint
 
 __all__ = ["Propagation", "Skip", "TrackerFactory", "propagate"]
+
+_AHEAD_BYTES = 32 * 2**20
+_MOST_AHEAD = 64
 
 TrackerFactory = Callable[[], Tracker]
 """Makes a fresh tracker for a target; such as ``SitupTracker`` itself."""
@@ -47,6 +53,8 @@ class Propagation:
         What the person drew.
     tracker : TrackerFactory
         Called anew for each keyframe with a box.
+    threads : int
+        Tracks to follow at a time; at least 1. The labels do not depend on it.
     """
 
     def __init__(
@@ -54,8 +62,10 @@ class Propagation:
         frames: Iterable[Frame],
         tracks: Sequence[Track],
         tracker: TrackerFactory = SitupTracker,
+        threads: int = 1,
     ) -> None:
         self._frames = frames
+        self._threads = min(threads, len(tracks))
         self._followers = [
             _Follower(track, tracker) for track in sorted(tracks, key=lambda track: track.id)
         ]
@@ -68,14 +78,40 @@ class Propagation:
 
     def __iter__(self) -> Iterator[tuple[Frame, tuple[TrackPoint, ...]]]:
         count = 0
-        for frame in self._frames:
-            points = [point for follower in self._followers if (point := follower.step(frame))]
-            count = frame.index + 1
-            yield frame, tuple(points)
+        pool = ThreadPoolExecutor(self._threads) if self._threads > 1 else None
+        with pool or nullcontext():
+            follow = pool.map if pool else map
+            for frames in _batches(self._frames, _AHEAD_BYTES if pool else 0):
+                tracks = list(follow(partial(_follow, frames), self._followers))
+                for number, frame in enumerate(frames):
+                    count = frame.index + 1
+                    points = [points[number] for points in tracks]
+                    yield frame, tuple(point for point in points if point is not None)
         self._skipped = sorted(
             (skip for follower in self._followers for skip in follower.skipped(count)),
             key=lambda skip: (skip.track_id, skip.frame),
         )
+
+
+def _batches(frames: Iterable[Frame], size: int) -> Iterator[list[Frame]]:
+    """Gather frames up to a number of bytes, one at least; those before an error come first."""
+    batch: list[Frame] = []
+    try:
+        for frame in frames:
+            batch.append(frame)
+            if (len(batch) + 1) * frame.image.nbytes > size or len(batch) == _MOST_AHEAD:
+                yield batch
+                batch = []
+    except Exception:
+        if batch:
+            yield batch
+        raise
+    if batch:
+        yield batch
+
+
+def _follow(frames: Sequence[Frame], follower: "_Follower") -> list[TrackPoint | None]:
+    return [follower.step(frame) for frame in frames]
 
 
 class _Follower:
@@ -151,6 +187,7 @@ def propagate(
     frames: Iterable[Frame],
     tracks: Sequence[Track],
     tracker: TrackerFactory = SitupTracker,
+    threads: int = 1,
 ) -> Propagation:
     """Propagate hand-drawn boxes through a video.
 
@@ -162,6 +199,8 @@ def propagate(
         What a person drew; ids unique.
     tracker : callable, optional
         Makes a fresh tracker; ``functools.partial(SitupTracker, TrackerParams(...))``, say.
+    threads : int
+        Tracks to follow at a time; at least 1. The labels do not depend on it.
 
     Returns
     -------
@@ -169,4 +208,4 @@ def propagate(
         Iterate it for ``(frame, points)``; afterwards ``skipped`` tells which keyframes could
         not be used.
     """
-    return Propagation(frames, tracks, tracker)
+    return Propagation(frames, tracks, tracker, threads)

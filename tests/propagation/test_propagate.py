@@ -114,3 +114,41 @@ def test_videos_of_no_and_of_one_frame(count):
     labels, skipped = label([Track(1, "a", (Keyframe(0, BOX),))], count)
     assert len(labels) == count
     assert len(skipped) == 1 - count
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_labels_do_not_depend_on_the_number_of_threads(threads):
+    images = np.random.default_rng(0).integers(0, 256, (70, 60, 80, 3), np.uint8)
+    video = [Frame(index, index, image) for index, image in enumerate(images)]
+    tracks = [
+        Track(1, "a", (Keyframe(0, BOX), Keyframe(30, OTHER))),
+        Track(2, "b", (Keyframe(3, OTHER),)),
+        Track(3, "c", (Keyframe(65, BOX),)),
+    ]
+    alone = list(propagate(video, tracks))
+    together = list(propagate(video, tracks, threads=threads))
+    assert [points for _, points in together] == [points for _, points in alone]
+    assert [frame.index for frame, _ in together] == list(range(70))
+
+
+def test_a_trackers_error_comes_out_of_its_thread():
+    class Failing(Sliding):
+        def update(self, image):
+            raise RuntimeError("no")
+
+    tracks = [Track(number, "a", (Keyframe(0, BOX),)) for number in (1, 2)]
+    with pytest.raises(RuntimeError, match="no"):
+        list(propagate(frames(5), tracks, Failing, threads=2))
+
+
+def test_frames_before_a_decoding_error_are_labelled_by_threads_too():
+    def broken():
+        yield from frames(5)
+        raise OSError("gone")
+
+    seen = []
+    tracks = [Track(number, "a", (Keyframe(0, BOX),)) for number in (1, 2)]
+    with pytest.raises(OSError, match="gone"):
+        for frame, _ in propagate(broken(), tracks, Sliding, threads=2):
+            seen.append(frame.index)
+    assert seen == [0, 1, 2, 3, 4]
