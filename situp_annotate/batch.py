@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 import cv2
 
+from situp_annotate.compiling import compile_kernels
 from situp_annotate.errors import EXIT_FAILED, EXIT_OK, OutputError, SitupError, WorkerError
 from situp_annotate.executors import ProcessExecutor, SerialExecutor, result_of
 from situp_annotate.formats.staging import discard_staging, write_whole
@@ -92,10 +93,11 @@ def _start(counters: FrameCounters) -> None:
     global _counters
     _counters = counters
     cv2.setNumThreads(1)
+    compile_kernels()
 
 
 def _annotate(
-    index: int, job: VideoJob, output: Path, recipe: Recipe, *, overwrite: bool
+    index: int, job: VideoJob, output: Path, recipe: Recipe, *, threads: int, overwrite: bool
 ) -> Outcome:
     """Do one job; whatever goes wrong becomes a plain value that can cross processes."""
     try:
@@ -103,6 +105,7 @@ def _annotate(
             job,
             output,
             recipe,
+            threads=threads,
             overwrite=overwrite,
             on_progress=partial(_counters.report, index),
         )
@@ -137,11 +140,11 @@ class _Batch:
     def outcomes(self) -> tuple[Outcome, ...]:
         return tuple(outcome for outcome in self._outcomes if outcome is not None)
 
-    def run(self, executor: Executor, recipe: Recipe, *, overwrite: bool) -> None:
+    def run(self, executor: Executor, recipe: Recipe, *, threads: int, overwrite: bool) -> None:
         indices: dict[Future[Outcome], int] = {}
         for index, job in enumerate(self._jobs):
             future = executor.submit(
-                _annotate, index, job, self._output, recipe, overwrite=overwrite
+                _annotate, index, job, self._output, recipe, threads=threads, overwrite=overwrite
             )
             indices[future] = index
             if future.done():
@@ -210,7 +213,8 @@ def annotate_batch(
     recipe : Recipe, optional
         Defaults to the paper's tracker and all outputs.
     workers : int, optional
-        Processes at a time; as many as cores by default. Results do not depend on it.
+        Processes at a time; as many as cores by default. Cores that are left over follow the
+        tracks of a video side by side. Results do not depend on it.
     executor : str
         ``"process"``, or ``"serial"`` to run everything in this process, one by one.
     overwrite : bool
@@ -241,11 +245,12 @@ def annotate_batch(
     counters = FrameCounters(len(jobs))
     batch = _Batch(jobs, output, counters, on_progress)
     processes = 0 if executor == "serial" else min(workers or core_count(), max(len(jobs), 1))
+    threads = max(1, core_count() // max(1, processes))
 
     interrupted = True
     runner = _make_executor(processes, counters)
     try:
-        batch.run(runner, recipe, overwrite=overwrite)
+        batch.run(runner, recipe, threads=threads, overwrite=overwrite)
         interrupted = False
     finally:
         # When all is done this only spares the wait for idle processes.

@@ -151,6 +151,7 @@ def annotate_video(
     output: str | Path,
     recipe: Recipe | None = None,
     *,
+    threads: int = 1,
     overwrite: bool = False,
     on_progress: OnProgress | None = None,
 ) -> VideoReport:
@@ -164,6 +165,8 @@ def annotate_video(
         Folder that gets a folder for the video; made when missing.
     recipe : Recipe, optional
         Defaults to the paper's tracker and all outputs.
+    threads : int
+        Tracks to follow at a time; results do not depend on it.
     overwrite : bool
         Replace outputs that are already there.
     on_progress : callable, optional
@@ -191,9 +194,8 @@ def annotate_video(
             info = source.info
             with watch.stage("hash"):
                 sha256 = fingerprint(job.path)
-            labelled = propagate(
-                watch.decoding(source), job.tracks, partial(SitupTracker, recipe.tracker)
-            )
+            tracker = partial(SitupTracker, recipe.tracker)
+            labelled = propagate(watch.decoding(source), job.tracks, tracker, threads)
             sinks = _open_sinks(folder, job, recipe, info, sha256, stack)
 
             def on_frame(done: int) -> None:

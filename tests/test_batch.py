@@ -209,7 +209,7 @@ def group_vanishes(group):
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_interrupt_keeps_what_is_complete_and_leaves_no_process(tmp_path):
-    clip = write_video(tmp_path / "long.mp4", count=1500, size_hw=(240, 320))
+    clip = write_video(tmp_path / "long.mp4", count=5000, size_hw=(120, 160))
     short = write_video(tmp_path / "short.mp4", count=3)
     manifest = manifest_of([job_of(short), job_of(clip)], tmp_path)
     output = tmp_path / "out"

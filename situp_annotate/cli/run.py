@@ -61,7 +61,8 @@ def _progress_bar(videos: int) -> "Iterator[Callable[[BatchProgress], None]]":
     "--workers",
     "-w",
     type=click.IntRange(min=1),
-    help="Videos to annotate at a time, one process each.  [default: as many as cores]",
+    help="Videos to annotate at a time, one process each; cores left over follow the tracks of a "
+    "video side by side.  [default: as many as cores]",
 )
 @click.option(
     "--executor",
@@ -103,11 +104,14 @@ def run(
     """
     from situp_annotate.batch import annotate_batch
     from situp_annotate.cli._table import summary_lines
+    from situp_annotate.compiling import kernels_are_compiled
     from situp_annotate.formats.manifest import load_manifest
     from situp_annotate.recipe import load_recipe
 
     chosen = load_recipe(recipe, settings)
     jobs = load_manifest(manifest, allow_outside=allow_outside).jobs
+    if not kernels_are_compiled():
+        click.echo("Compiling the tracker for this machine, once: some twenty seconds.", err=True)
     try:
         with _progress_bar(len(jobs)) as show:
             report = annotate_batch(
