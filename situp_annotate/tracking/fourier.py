@@ -1,9 +1,9 @@
 """The two-dimensional Fourier transform of stacks of small real maps.
 
 Feature grids have some ten to sixty cells a side, any number of them, often a prime, and dozens
-of channels. There a transform as a matrix product, with symmetries folded in, is several times
-faster than a general FFT, because it works on thousands of neighbouring numbers at a time;
-``benchmarks/README.md`` has the figures.
+of channels. There a transform as a matrix product, with symmetries folded in, is some twice as fast
+as a general FFT, because it works on thousands of neighbouring numbers at a time;
+``benchmarks/transform.py`` measures it.
 
 Notes
 -----
