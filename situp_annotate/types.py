@@ -23,10 +23,12 @@ from situp_annotate.errors import BoxError
 __all__ = [
     "NS_PER_S",
     "BoundingBox",
+    "Extend",
     "Finding",
     "Frame",
     "Image",
     "Keyframe",
+    "Method",
     "Provenance",
     "State",
     "Track",
@@ -179,6 +181,22 @@ class Keyframe:
     occluded: bool = False
 
 
+class Method(StrEnum):
+    """How boxes come about between keyframes: by tracking, or without looking at the picture."""
+
+    SITUP = "situp"
+    LINEAR = "linear"
+    CUBIC = "cubic"
+    HOLD = "hold"
+
+
+class Extend(StrEnum):
+    """Where a track goes on beyond its keyframes."""
+
+    FORWARD = "forward"
+    BOTH = "both"
+
+
 @dataclass(frozen=True, slots=True)
 class Track:
     """One object of one video and the keyframes a person gave it.
@@ -193,12 +211,18 @@ class Track:
         At least one, in increasing order of frames.
     attributes : dict
         Free key–value pairs that travel with the track.
+    method : Method or None
+        How the boxes between keyframes come about; None leaves it to the recipe.
+    extend : Extend or None
+        Whether there are boxes before the first keyframe too; None leaves it to the recipe.
     """
 
     id: int
     label: str
     keyframes: tuple[Keyframe, ...]
     attributes: dict[str, Any] = field(default_factory=dict)
+    method: Method | None = None
+    extend: Extend | None = None
 
 
 class State(StrEnum):
@@ -206,6 +230,7 @@ class State(StrEnum):
 
     VISIBLE = "visible"
     OCCLUDED = "occluded"
+    LOST = "lost"
 
 
 class Provenance(StrEnum):
@@ -213,6 +238,7 @@ class Provenance(StrEnum):
 
     HUMAN = "human"
     TRACKED = "tracked"
+    INTERPOLATED = "interpolated"
 
 
 @dataclass(frozen=True, slots=True)

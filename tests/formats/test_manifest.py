@@ -26,7 +26,7 @@ from situp_annotate.formats.manifest.schema import (
     VideoEntry,
 )
 from situp_annotate.formats.manifest.wording import RULES
-from situp_annotate.types import BoundingBox, Keyframe, Track, VideoJob
+from situp_annotate.types import BoundingBox, Extend, Keyframe, Method, Track, VideoJob
 
 BOX = [10, 20, 30, 40]
 SHORT = {"id": 1, "label": "car", "frame": 0, "box": BOX}
@@ -100,7 +100,14 @@ def test_everything_a_manifest_can_say(tmp_path):
                                 {"frame": 9, "outside": True},
                             ],
                         },
-                        {"id": 7, "label": "car", "frame": 3, "box": [0.5, 0, 1, 1]},
+                        {
+                            "id": 7,
+                            "label": "car",
+                            "method": "linear",
+                            "extend": "both",
+                            "frame": 3,
+                            "box": [0.5, 0, 1, 1],
+                        },
                     ],
                 },
                 {"path": "night/b.mp4", "tracks": []},
@@ -118,7 +125,13 @@ def test_everything_a_manifest_can_say(tmp_path):
         ),
         {"colour": "red", "n": [1, None, {"deep": True}]},
     )
-    car = Track(7, "car", (Keyframe(3, BoundingBox(0.5, 0.0, 1.0, 1.0)),))
+    car = Track(
+        7,
+        "car",
+        (Keyframe(3, BoundingBox(0.5, 0.0, 1.0, 1.0)),),
+        method=Method.LINEAR,
+        extend=Extend.BOTH,
+    )
     assert load_manifest(str(path)) == Manifest(
         path,
         sha256,
@@ -241,6 +254,16 @@ REFUSED = {
         tracks(track(attributes=[1])),
         "$.videos[0].tracks[0].attributes",
         ["[1] is not allowed", "must be an object"],
+    ),
+    "unknown method": (
+        tracks(track(method="magic")),
+        "$.videos[0].tracks[0].method",
+        ['"magic" is not allowed', "situp, linear, cubic, hold"],
+    ),
+    "unknown extend": (
+        tracks(track(extend="backward")),
+        "$.videos[0].tracks[0].extend",
+        ['"backward" is not allowed', "forward, both"],
     ),
     "negative frame": (tracks(track(frame=-1)), "$.videos[0].tracks[0].frame", ["-1", "from 0"]),
     "frame as a float": (tracks(track(frame=1.5)), "$.videos[0].tracks[0].frame", ["whole number"]),
@@ -608,7 +631,14 @@ def _tracks(draw, track_id):
         for i, frame in enumerate(frames)
     ]
     label = draw(_text.filter(str.strip))
-    return Track(track_id, label, tuple(points), draw(st.dictionaries(_text, _json, max_size=2)))
+    return Track(
+        track_id,
+        label,
+        tuple(points),
+        draw(st.dictionaries(_text, _json, max_size=2)),
+        draw(st.none() | st.sampled_from(Method)),
+        draw(st.none() | st.sampled_from(Extend)),
+    )
 
 
 @st.composite
@@ -744,8 +774,9 @@ def test_the_schema_describes_every_key_and_admits_no_null():
     schema = manifest_schema()
     for entry in [schema, *schema["$defs"].values()]:
         assert entry["description"]
-        assert entry["additionalProperties"] is False
-        for key, value in entry["properties"].items():
+        if entry["type"] == "object":
+            assert entry["additionalProperties"] is False
+        for key, value in entry.get("properties", {}).items():
             assert "description" in value or "$ref" in value or "items" in value, key
 
 

@@ -112,7 +112,9 @@ def _track(entry: TrackEntry) -> Track:
         keyframes = [Keyframe(k.frame, _box(k.box), k.occluded) for k in entry.keyframes]
     else:
         keyframes = [Keyframe(entry.frame or 0, _box(entry.box))]
-    return Track(entry.id, entry.label, tuple(keyframes), entry.attributes)
+    return Track(
+        entry.id, entry.label, tuple(keyframes), entry.attributes, entry.method, entry.extend
+    )
 
 
 def load_manifest(path: str | Path, *, allow_outside: bool = False) -> Manifest:
@@ -182,6 +184,10 @@ def _track_document(track: Track) -> dict[str, Any]:
     document: dict[str, Any] = {"id": track.id, "label": track.label}
     if track.attributes:
         document["attributes"] = track.attributes
+    if track.method is not None:
+        document["method"] = track.method.value
+    if track.extend is not None:
+        document["extend"] = track.extend.value
     first = track.keyframes[0]
     if len(track.keyframes) == 1 and not first.occluded:
         return document | _keyframe_document(first)

@@ -22,6 +22,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from situp_annotate.formats.manifest.ids import MAX_ID_CHARACTERS, is_safe_id
+from situp_annotate.types import Extend, Method
 
 __all__ = [
     "SUPPORTED_VERSION",
@@ -195,6 +196,17 @@ class TrackEntry(_Entry):
         default_factory=dict,
         description="Anything more to say of the object; travels with the track.",
         examples=[{"colour": "red"}],
+    )
+    method: Annotated[Method, Field(strict=False)] | None = Field(
+        default=None,
+        description="How boxes between keyframes come about; the recipe says it by default.",
+        examples=["linear"],
+    )
+    extend: Annotated[Extend, Field(strict=False)] | None = Field(
+        default=None,
+        description="Whether to go back from the first keyframe too; the recipe says it by "
+        "default.",
+        examples=["both"],
     )
     keyframes: list[KeyframeEntry] | None = Field(
         default=None,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from situp_annotate.formats.manifest.schema import SUPPORTED_VERSION
+from situp_annotate.types import Extend, Method
 
 __all__ = ["RULES", "Json", "Place", "Problem", "rule_at", "show_place", "show_value"]
 
@@ -41,6 +42,8 @@ RULES = {
     "tracks[].id": "id must be a whole number from 1 to 2147483647",
     "tracks[].label": "label must be text that is not empty",
     "tracks[].attributes": "attributes must be an object",
+    "tracks[].method": f"method must be one of {', '.join(Method)}",
+    "tracks[].extend": f"extend must be one of {', '.join(Extend)}",
     "tracks[].keyframes": "keyframes must be a list of at least one keyframe",
     "tracks[].frame": _FRAME,
     "tracks[].box": _BOX,
