@@ -2,6 +2,7 @@
 
 from situp_annotate.video.discovery import find_videos, fingerprint
 from situp_annotate.video.opening import open_video
+from situp_annotate.video.rewinding import Rewinder, rewind
 from situp_annotate.video.source import FrameSource
 
-__all__ = ["FrameSource", "find_videos", "fingerprint", "open_video"]
+__all__ = ["FrameSource", "Rewinder", "find_videos", "fingerprint", "open_video", "rewind"]

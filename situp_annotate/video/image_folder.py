@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from situp_annotate.errors import VideoFormatError, VideoIncompleteError
+from situp_annotate.errors import VideoFormatError, VideoIncompleteError, VideoMissingError
 from situp_annotate.types import Image
 
 __all__ = ["ImageFolderDecoder", "list_images", "natural_key"]
@@ -51,12 +51,19 @@ class ImageFolderDecoder:
     ------
     VideoFormatError
         If there are no pictures.
+    VideoMissingError
+        If the folder cannot be read.
     """
 
     name = "images"
 
     def __init__(self, folder: Path) -> None:
-        self.paths = list_images(folder)
+        try:
+            self.paths = list_images(folder)
+        except OSError as error:
+            raise VideoMissingError(
+                f"{folder}: the folder cannot be read ({error.strerror}); correct its permissions."
+            ) from error
         if not self.paths:
             raise VideoFormatError(
                 f"{folder}: the folder holds no pictures ({', '.join(sorted(IMAGE_SUFFIXES))}), "
@@ -66,6 +73,7 @@ class ImageFolderDecoder:
         self._folder = folder
         self._next = 0
         self._image: Image | None = None
+        self._first_is_grey: bool | None = None
 
     def advance(self) -> bool:
         """Read the next picture.
@@ -78,16 +86,30 @@ class ImageFolderDecoder:
         if self._next == len(self.paths):
             self._image = None
             return False
-        path = self.paths[self._next]
-        image = _read_image(path, like=self._image)
-        if image is None:
-            raise VideoIncompleteError(
-                f"{self._folder}: picture {path.name} (frame {self._next} of {len(self.paths)}) "
-                "cannot be read; replace it or remove it."
-            )
-        self._image = image
+        self._image = self.read(self._next)
         self._next += 1
         return True
+
+    def read(self, index: int) -> Image:
+        """Read any one picture; it is grey where the first one is.
+
+        Raises
+        ------
+        VideoIncompleteError
+            If it cannot be read.
+        """
+        if index > 0 and self._first_is_grey is None:
+            self.read(0)
+        path = self.paths[index]
+        image = _read_image(path, grey=self._first_is_grey)
+        if image is None:
+            raise VideoIncompleteError(
+                f"{self._folder}: picture {path.name} (frame {index} of {len(self.paths)}) "
+                "cannot be read; replace it or remove it."
+            )
+        if index == 0:
+            self._first_is_grey = image.ndim == 2
+        return image
 
     @property
     def time_ns(self) -> int | None:
@@ -110,11 +132,11 @@ class ImageFolderDecoder:
         self._image = None
 
 
-def _read_image(path: Path, *, like: Image | None) -> Image | None:
-    if like is None:
+def _read_image(path: Path, *, grey: bool | None) -> Image | None:
+    if grey is None:
         flags = cv2.IMREAD_ANYCOLOR  # grey stays grey; 8 bit; EXIF orientation applied
     else:
-        flags = cv2.IMREAD_GRAYSCALE if like.ndim == 2 else cv2.IMREAD_COLOR
+        flags = cv2.IMREAD_GRAYSCALE if grey else cv2.IMREAD_COLOR
     try:
         content = np.fromfile(path, dtype=np.uint8)
         # imdecode, as imread does not open paths beyond ASCII on Windows.

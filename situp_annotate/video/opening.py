@@ -111,15 +111,6 @@ def open_video(path: Path, *, incomplete: Literal["fail", "keep"] = "fail") -> F
         decoder = _start_decoder(place, probe)
         info = _describe_file(path, probe, decoder)
         return FrameSource(info, decoder, probe, keep_incomplete=keep)
-    images = _open_folder(place)
+    images = ImageFolderDecoder(place)
     images.advance()
     return FrameSource(_describe_folder(path, images), images, None, keep_incomplete=keep)
-
-
-def _open_folder(place: Path) -> ImageFolderDecoder:
-    try:
-        return ImageFolderDecoder(place)
-    except OSError as error:
-        raise VideoMissingError(
-            f"{place}: the folder cannot be read ({error.strerror}); correct its permissions."
-        ) from error

@@ -1,26 +1,21 @@
 """What a video file says of itself, and what its packets say: demuxed once, nothing decoded."""
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
-import av
 from av.container import InputContainer
-from av.packet import Packet
-from av.stream import Disposition
 from av.video.stream import VideoStream
 
-from situp_annotate.errors import VideoEmptyError, VideoFormatError, VideoMissingError
+from situp_annotate.errors import VideoEmptyError
 from situp_annotate.types import NS_PER_S
 from situp_annotate.video.packet_times import PacketTimes
+from situp_annotate.video.pyav_stream import open_container, read_packets, video_stream
 from situp_annotate.video.size_watch import SizeWatch
 
-__all__ = ["Probe", "SizeChange", "open_container", "probe_video", "ticks_to_ns", "video_stream"]
+__all__ = ["Probe", "SizeChange", "is_grey", "probe_video", "ticks_to_ns"]
 
-# Formats by which FFmpeg takes text files, lists of other files and single pictures for videos.
-_NO_VIDEO_FORMATS = frozenset({"concat", "dash", "hls", "image2", "sdp", "tty"})
 _DEFAULT_RATE = Fraction(25)
 _SANE_RATES = (Fraction(1, 60), Fraction(500))  # AVI headers may give the clock's rate, say 600
 _MAX_DENOMINATOR = 65_535
@@ -92,64 +87,17 @@ class Probe:
     @property
     def grey(self) -> bool:
         """Whether the stream has no colour."""
-        return self.pixel_format.startswith(("gray", "mono", "ya"))
+        return is_grey(self.pixel_format)
+
+
+def is_grey(pixel_format: str) -> bool:
+    """Whether FFmpeg's pixel format of this name has no colour."""
+    return pixel_format.startswith(("gray", "mono", "ya"))
 
 
 def ticks_to_ns(ticks: int, time_base: Fraction) -> int:
     """Turn ticks of `time_base` seconds into nanoseconds, rounded."""
     return round(ticks * time_base * NS_PER_S)
-
-
-def open_container(path: Path) -> InputContainer:
-    """Open a video file for demuxing.
-
-    Raises
-    ------
-    VideoMissingError
-        If there is no such file or it cannot be read.
-    VideoFormatError
-        If it is no video.
-    """
-    try:
-        # A playlist must not make FFmpeg fetch anything.
-        container = av.open(str(path), options={"protocol_whitelist": "file"})
-    except (FileNotFoundError, PermissionError, IsADirectoryError) as error:
-        raise VideoMissingError(
-            f"{path}: the video cannot be read ({error.strerror}); correct the path or its "
-            "permissions."
-        ) from error
-    except (av.FFmpegError, OSError) as error:
-        raise VideoFormatError(
-            f"{path}: not a video that FFmpeg can read ({error.strerror}); it may be another kind "
-            "of file, or a recording that was cut off before its index was written. Replace it or "
-            "convert it anew."
-        ) from error
-    name = container.format.name
-    if name in _NO_VIDEO_FORMATS or name.endswith("_pipe"):
-        container.close()
-        raise VideoFormatError(
-            f"{path}: not a video but a text, a list of files or a single picture (FFmpeg takes it "
-            f"for {name!r}); name a video file or a folder of pictures."
-        )
-    return container
-
-
-def video_stream(container: InputContainer, path: Path) -> VideoStream:
-    """Return the stream of moving pictures, the one that OpenCV chooses too.
-
-    Raises
-    ------
-    VideoFormatError
-        If there is none; a cover picture does not count.
-    """
-    stream = container.streams.best("video")
-    if not isinstance(stream, VideoStream) or stream.disposition & Disposition.attached_pic:
-        raise VideoFormatError(
-            f"{path}: the file holds no video stream, only "
-            f"{', '.join(sorted({stream.type for stream in container.streams})) or 'nothing'}; "
-            "name a file with moving pictures."
-        )
-    return stream
 
 
 def probe_video(path: Path) -> Probe:
@@ -202,7 +150,7 @@ def _survey(container: InputContainer, stream: VideoStream) -> _Survey:
     survey = _Survey()
     watch = SizeWatch(stream)
     vp8 = stream.codec_context.codec.canonical_name == "vp8"
-    for packet in _packets(container, stream):
+    for packet in read_packets(container, stream):
         pts, dts, duration = packet.pts, packet.dts, packet.duration or 0
         if packet.is_keyframe and not survey.keyframe_seen:
             survey.keyframe_seen, survey.first_key_pts = True, pts
@@ -215,15 +163,6 @@ def _survey(container: InputContainer, stream: VideoStream) -> _Survey:
         survey.count(pts, dts, duration)
     survey.times.finish()
     return survey
-
-
-def _packets(container: InputContainer, stream: VideoStream) -> Iterator["Packet[VideoStream]"]:
-    packets = container.demux(stream)
-    while True:
-        try:
-            yield next(packets)
-        except (StopIteration, av.FFmpegError):
-            return  # the file ends here, in good order or cut off
 
 
 def _since_start_ns(pts: int, stream: VideoStream) -> int:

@@ -3,21 +3,18 @@
 from collections.abc import Generator
 from pathlib import Path
 
-import av
-import cv2
-import numpy as np
 from av.video.frame import VideoFrame
 
 from situp_annotate.types import Image
-from situp_annotate.video.probe import open_container, ticks_to_ns, video_stream
+from situp_annotate.video.probe import ticks_to_ns
+from situp_annotate.video.pyav_stream import (
+    decode_packet,
+    open_stream,
+    read_packets,
+    upright_image,
+)
 
 __all__ = ["PyAvDecoder"]
-
-_TURNS = {
-    90: cv2.ROTATE_90_CLOCKWISE,
-    180: cv2.ROTATE_180,
-    270: cv2.ROTATE_90_COUNTERCLOCKWISE,
-}
 
 
 class PyAvDecoder:
@@ -36,24 +33,13 @@ class PyAvDecoder:
     def __init__(self, path: Path, *, grey: bool) -> None:
         self.rotation_degrees = 0
         self._grey = grey
-        self._container = open_container(path)
-        self._stream = video_stream(self._container, path)
-        self._stream.thread_type = "NONE"
-        self._stream.codec_context.thread_count = 1
+        self._container, self._stream = open_stream(path)
         self._frames = self._decode()
         self._frame: VideoFrame | None = None
 
     def _decode(self) -> Generator[VideoFrame]:
-        packets = self._container.demux(self._stream)
-        while True:
-            try:
-                packet = next(packets)
-            except (StopIteration, av.FFmpegError):
-                return
-            try:
-                yield from packet.decode()
-            except av.FFmpegError:
-                continue  # a broken packet; the source counts what is missing
+        for packet in read_packets(self._container, self._stream):
+            yield from decode_packet(packet)
 
     def advance(self) -> bool:
         """Go to the next picture."""
@@ -84,10 +70,7 @@ class PyAvDecoder:
 
     def image(self) -> Image:
         """Return this picture, upright: (h, w) from a grey stream, else (h, w, 3) as B, G, R."""
-        image = self._current.to_ndarray(format="gray" if self._grey else "bgr24")
-        turn = _TURNS.get(self.rotation_degrees)
-        upright = image if turn is None else cv2.rotate(image, turn)
-        return np.ascontiguousarray(upright, dtype=np.uint8)
+        return upright_image(self._current, grey=self._grey, rotation_degrees=self.rotation_degrees)
 
     def close(self) -> None:
         """Free the file."""

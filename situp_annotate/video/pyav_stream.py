@@ -1,0 +1,165 @@
+"""What everything that decodes with PyAV shares: opening, stepping past damage, pictures."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+from av.container import InputContainer
+from av.packet import Packet
+from av.stream import Disposition
+from av.video.frame import VideoFrame
+from av.video.reformatter import Interpolation
+from av.video.stream import VideoStream
+
+from situp_annotate.errors import VideoFormatError, VideoMissingError
+from situp_annotate.types import Image
+
+__all__ = [
+    "decode_packet",
+    "open_container",
+    "open_stream",
+    "read_packets",
+    "upright_image",
+    "video_stream",
+]
+
+# Formats by which FFmpeg takes text files, lists of other files and single pictures for videos.
+_NO_VIDEO_FORMATS = frozenset({"concat", "dash", "hls", "image2", "sdp", "tty"})
+
+_TURNS = {
+    90: cv2.ROTATE_90_CLOCKWISE,
+    180: cv2.ROTATE_180,
+    270: cv2.ROTATE_90_COUNTERCLOCKWISE,
+}
+
+
+def open_container(path: Path) -> InputContainer:
+    """Open a video file for demuxing.
+
+    Raises
+    ------
+    VideoMissingError
+        If there is no such file or it cannot be read.
+    VideoFormatError
+        If it is no video.
+    """
+    try:
+        # A playlist must not make FFmpeg fetch anything.
+        container = av.open(str(path), options={"protocol_whitelist": "file"})
+    except (FileNotFoundError, PermissionError, IsADirectoryError) as error:
+        raise VideoMissingError(
+            f"{path}: the video cannot be read ({error.strerror}); correct the path or its "
+            "permissions."
+        ) from error
+    except (av.FFmpegError, OSError) as error:
+        raise VideoFormatError(
+            f"{path}: not a video that FFmpeg can read ({error.strerror}); it may be another kind "
+            "of file, or a recording that was cut off before its index was written. Replace it or "
+            "convert it anew."
+        ) from error
+    name = container.format.name
+    if name in _NO_VIDEO_FORMATS or name.endswith("_pipe"):
+        container.close()
+        raise VideoFormatError(
+            f"{path}: not a video but a text, a list of files or a single picture (FFmpeg takes it "
+            f"for {name!r}); name a video file or a folder of pictures."
+        )
+    return container
+
+
+def video_stream(container: InputContainer, path: Path) -> VideoStream:
+    """Return the stream of moving pictures, the one that OpenCV chooses too.
+
+    Raises
+    ------
+    VideoFormatError
+        If there is none; a cover picture does not count.
+    """
+    stream = container.streams.best("video")
+    if not isinstance(stream, VideoStream) or stream.disposition & Disposition.attached_pic:
+        raise VideoFormatError(
+            f"{path}: the file holds no video stream, only "
+            f"{', '.join(sorted({stream.type for stream in container.streams})) or 'nothing'}; "
+            "name a file with moving pictures."
+        )
+    return stream
+
+
+def read_packets(container: InputContainer, stream: VideoStream) -> Iterator["Packet[VideoStream]"]:
+    """Demux one stream from where the file stands, to its end or to where it was cut off.
+
+    The last packet is empty: given to a decoder, it brings out the pictures still in there.
+    """
+    packets = container.demux(stream)
+    while True:
+        try:
+            yield next(packets)
+        except (StopIteration, av.FFmpegError):
+            return  # the file ends here, in good order or cut off
+
+
+def open_stream(path: Path) -> tuple[InputContainer, VideoStream]:
+    """Open a video file to decode its pictures with one thread.
+
+    Parameters
+    ----------
+    path : Path
+        An absolute path: FFmpeg reads ``name:rest`` as a protocol otherwise.
+
+    Raises
+    ------
+    VideoMissingError
+        If there is no such file or it cannot be read.
+    VideoFormatError
+        If it is no video, or has no video stream.
+    """
+    container = open_container(path)
+    try:
+        stream = video_stream(container, path)
+    except BaseException:
+        container.close()
+        raise
+    stream.thread_type = "NONE"
+    stream.codec_context.thread_count = 1
+    return container, stream
+
+
+def decode_packet(packet: "Packet[VideoStream]") -> list[VideoFrame]:
+    """Give a packet to its decoder and take what comes out: nothing where it is broken."""
+    try:
+        return packet.decode()
+    except av.FFmpegError:
+        return []  # whoever counts the pictures finds out what is missing
+
+
+def upright_image(frame: VideoFrame, *, grey: bool, rotation_degrees: int) -> Image:
+    """Convert a decoded picture.
+
+    Parameters
+    ----------
+    frame : VideoFrame
+        As it comes from the decoder, in any pixel format.
+    grey : bool
+        Whether the stream is grey.
+    rotation_degrees : int
+        Clockwise turn that makes it upright: 0, 90, 180 or 270.
+
+    Returns
+    -------
+    Image
+        (h, w) from a grey stream, else (h, w, 3) as B, G, R; contiguous.
+
+    Notes
+    -----
+    These are OpenCV's pixels, byte for byte: ``cv2.VideoCapture`` too converts with FFmpeg's
+    bicubic scaler and no further flags, and takes grey to three equal channels first. PyAV's own
+    default is the bilinear one, which differs on 10 bit colour and on odd sizes; accurate
+    rounding differs on nearly every picture.
+    """
+    image = frame.to_ndarray(format="bgr24", interpolation=Interpolation.BICUBIC, threads=1)
+    pixels = image[:, :, 0] if grey else image
+    turn = _TURNS.get(rotation_degrees)
+    upright = pixels if turn is None else cv2.rotate(pixels, turn)
+    return np.ascontiguousarray(upright, dtype=np.uint8)
