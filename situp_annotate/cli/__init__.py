@@ -7,6 +7,7 @@ from situp_annotate.cli.check import check
 from situp_annotate.cli.init import init
 from situp_annotate.cli.run import run
 from situp_annotate.cli.schema import schema
+from situp_annotate.cli.thin import thin
 
 __all__ = ["cli", "main"]
 
@@ -36,7 +37,7 @@ def cli() -> None:
 
 
 # In the order of work, which is the order of the help.
-for _command in (init, check, run, schema):
+for _command in (init, check, run, thin, schema):
     cli.add_command(_command)
 
 

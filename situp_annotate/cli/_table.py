@@ -1,12 +1,13 @@
-"""The table that ends a run."""
+"""The table that ends a command, and what is in that of a run."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from situp_annotate.batch import BatchReport, Outcome
 
-__all__ = ["summary_lines"]
+__all__ = ["summary_lines", "table_lines"]
 
 _HEADER = ("video", "status", "frames", "frames/s", "tracks", "boxes", "confidence", "notes")
 _LEFT_ALIGNED = 2
@@ -40,17 +41,21 @@ def _notes(outcome: "Outcome") -> list[str]:
     return remarks + [skip.reason for skip in outcome.skipped]
 
 
-def summary_lines(report: "BatchReport", output: Path) -> list[str]:
-    """Lay a batch out for people: a table, what to know of each video, and one line in the end."""
-    rows = [_HEADER, *map(_row, report.outcomes)]
+def table_lines(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Lay out rows of cells, the header first: two columns of words, then columns of numbers."""
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    lines = [
+    return [
         "  ".join(
             cell.ljust(width) if place < _LEFT_ALIGNED else cell.rjust(width)
             for place, (cell, width) in enumerate(zip(row, widths, strict=True))
         ).rstrip()
         for row in rows
     ]
+
+
+def summary_lines(report: "BatchReport", output: Path) -> list[str]:
+    """Lay a batch out for people: a table, what to know of each video, and one line in the end."""
+    lines = table_lines([_HEADER, *map(_row, report.outcomes)])
     for outcome in report.outcomes:
         lines += [f"  {outcome.id}: {note}" for note in _notes(outcome)]
     good = len(report.outcomes) - len(report.failures)
