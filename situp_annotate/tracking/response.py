@@ -19,10 +19,14 @@ class Peak:
         Displacement in cells, wrapped at half of the map: negative is up and to the left.
     value : float
         The response there.
+    fine_yx : tuple of float
+        The displacement between the cells: the vertex of a parabola through the peak and its two
+        neighbours, for each axis, at most half a cell away. Not in the paper.
     """
 
     offset_yx: tuple[int, int]
     value: float
+    fine_yx: tuple[float, float]
 
 
 @njit(cache=True, nogil=True)
@@ -53,11 +57,19 @@ def _wrap(index: int, size: int) -> int:
     return index - size if index + 1 > size / 2 else index
 
 
+def _vertex(before: float, peak: float, after: float) -> float:
+    """Where a parabola through three neighbours, the middle one highest, has its vertex."""
+    curvature = before - 2 * peak + after
+    return 0.5 * (before - after) / curvature if curvature < 0 else 0.0
+
+
 def find_peak(response: npt.NDArray[np.floating]) -> Peak:
     """Find the highest response; of equal ones the first, column by column."""
     rows, columns = response.shape
     column, row = divmod(int(np.argmax(response.T)), rows)
-    return Peak(
-        offset_yx=(_wrap(row, rows), _wrap(column, columns)),
-        value=float(response[row, column]),
-    )
+    value = float(response[row, column])
+    y, x = _wrap(row, rows), _wrap(column, columns)
+    above, below = float(response[row - 1, column]), float(response[(row + 1) % rows, column])
+    left, right = float(response[row, column - 1]), float(response[row, (column + 1) % columns])
+    fine_yx = (y + _vertex(above, value, below), x + _vertex(left, value, right))
+    return Peak(offset_yx=(y, x), value=value, fine_yx=fine_yx)

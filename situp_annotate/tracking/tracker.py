@@ -36,7 +36,11 @@ class Estimate:
     Attributes
     ----------
     box : BoundingBox
-        In pixels of the picture; always finite, possibly outside the picture.
+        In pixels of the picture; always finite, possibly outside the picture. SITUP moves it by
+        whole feature cells.
+    fine_box : BoundingBox
+        The same box where the response peaks between the cells: nearer to the target, but not
+        what the paper's tracker goes on from.
     apce : float
         Average peak-to-correlation energy of the winning response map, equation (13); ≥ 0.
     peak : float
@@ -46,6 +50,7 @@ class Estimate:
     """
 
     box: BoundingBox
+    fine_box: BoundingBox
     apce: float
     peak: float
     scale: float
@@ -57,8 +62,11 @@ class Tracker(Protocol):
     def init(self, image: Image, box: BoundingBox) -> None:
         """Learn the target from its box in a first picture; forget any target before."""
 
-    def update(self, image: Image) -> Estimate:
-        """Find the target in the next picture, of the same size and kind as the first."""
+    def update(self, image: Image, shift_xy: tuple[float, float] = (0.0, 0.0)) -> Estimate:
+        """Find the target in the next picture, of the same size and kind as the first.
+
+        ``shift_xy`` is how far the scene has moved since the picture before, in pixels.
+        """
 
 
 class SitupTracker:
@@ -103,20 +111,24 @@ class SitupTracker:
         _check_image(image)
         self._target = _Target(image, box, self._params)
 
-    def update(self, image: Image) -> Estimate:
+    def update(self, image: Image, shift_xy: tuple[float, float] = (0.0, 0.0)) -> Estimate:
         """Find the target in the next picture and learn from what is found.
 
         Parameters
         ----------
         image : Image
             Of the same shape as the picture given to :meth:`init`.
+        shift_xy : tuple of float
+            How far the scene has moved since the picture before, in pixels, as the camera turned
+            or shook. The target is then searched both where it was and where the scene would
+            have taken it; the sharper response wins. Not in the paper; zero is the paper's tracker.
 
         Raises
         ------
         TrackingError
             If there was no :meth:`init`, or the picture is of another kind or shape.
         """
-        return self._target_for(image).update(image)
+        return self._target_for(image).update(image, shift_xy)
 
     def locate(self, image: Image) -> Estimate:
         """Find the target in a picture, but stay where it was and learn nothing.
@@ -198,10 +210,18 @@ class _Target:
         self._searched: dict[tuple[float, float], int] = {}
         self.learn(image, self._placement)
 
-    def update(self, image: Image) -> Estimate:
-        """Algorithm 1 of the paper."""
+    def update(self, image: Image, shift_xy: tuple[float, float]) -> Estimate:
+        """Algorithm 1 of the paper, from the better of two places when the scene has moved."""
         before = self._placement
         found, estimate = self.locate(image)
+        moved = self._window.shifted(before, shift_xy)
+        if self._window.is_elsewhere(moved, before):
+            self._placement = moved
+            found_moved, estimate_moved = self.locate(image)
+            if estimate_moved.apce > estimate.apce:
+                before, found, estimate = moved, found_moved, estimate_moved
+            else:
+                self._searched.clear()  # the spectra are those around the other place
         known = None
         if self._keeps_all and found[:2] == before[:2]:
             known = self._searched.get(self._window.steps(found, 1.0))
@@ -262,14 +282,14 @@ class _Target:
         """Where the target is if this is its scale and response map."""
         before, peak = self._placement, find_peak(response)
         step = self._params.cell_size * self._window.steps(before, factor)[1]
-        found = Placement(
-            before.center_y + step * peak.offset_yx[0],
-            before.center_x + step * peak.offset_yx[1],
-            before.height * factor,
-            before.width * factor,
+        size = (before.height * factor, before.width * factor)
+        found, fine = (
+            Placement(before.center_y + step * y, before.center_x + step * x, *size)
+            for y, x in (peak.offset_yx, peak.fine_yx)
         )
         return found, Estimate(
             box=self._window.box(found),
+            fine_box=self._window.box(fine),
             apce=sharpness,
             peak=peak.value,
             scale=found.height / self._window.first.height,

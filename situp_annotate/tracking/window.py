@@ -20,6 +20,10 @@ __all__ = ["Placement", "SearchWindow", "WindowPlan", "search_windows"]
 
 Real = npt.NDArray[np.float32]
 
+# Of a target's size: by how much the scene must move, and may move, to be worth a second search.
+_SAME = 0.08
+_OUT_OF_REACH = 3.0
+
 
 class Placement(NamedTuple):
     """Where a target is: array indices, as floats, of the picture that is searched."""
@@ -154,6 +158,22 @@ class SearchWindow:
         if self._halved:
             return Placement((y - 1) / 2, (x - 1) / 2, box.height / 2, box.width / 2)
         return Placement(y, x, box.height, box.width)
+
+    def shifted(self, placement: Placement, shift_xy: tuple[float, float]) -> Placement:
+        """Where a target is when the scene has taken it along by this many pixels."""
+        pixel = 0.5 if self._halved else 1.0
+        return placement._replace(
+            center_y=placement.center_y + pixel * shift_xy[1],
+            center_x=placement.center_x + pixel * shift_xy[0],
+        )
+
+    def is_elsewhere(self, placement: Placement, other: Placement) -> bool:
+        """Whether it is worth searching at both: neither the same place nor out of all reach."""
+        away = max(
+            abs(placement.center_y - other.center_y) / other.height,
+            abs(placement.center_x - other.center_x) / other.width,
+        )
+        return _SAME < away < _OUT_OF_REACH
 
     def box(self, placement: Placement) -> BoundingBox:
         """Return the box of a placement, in pixels of the picture as it is."""

@@ -47,3 +47,14 @@ def test_of_equal_peaks_the_first_column_wins():
     response[0, 1] = response[1, 0] = 2
     peak = find_peak(response)
     assert (peak.offset_yx, peak.value) == ((1, 0), 2)
+
+
+@given(st.floats(-0.45, 0.45), st.floats(-0.45, 0.45))
+def test_the_fine_peak_is_a_paraboloids_vertex(y, x):
+    rows, columns = np.mgrid[-3:4, -4:5]
+    response = np.roll(9 - (rows - y) ** 2 - 0.5 * (columns - x) ** 2, (-3, -4), (0, 1))
+    assert find_peak(response).fine_yx == pytest.approx((y, x))
+
+
+def test_a_flat_map_has_its_fine_peak_at_the_peak():
+    assert find_peak(np.ones((4, 6))).fine_yx == (0, 0)

@@ -134,3 +134,32 @@ def test_input_is_not_modified():
 def test_parameters_out_of_range_are_refused(values):
     with pytest.raises(TrackingError, match="is not allowed: give"):
         TrackerParams(**values)
+
+
+@pytest.mark.parametrize("pixels", [1, 2, 3])
+def test_the_fine_box_sees_motion_of_less_than_a_cell(pixels):
+    image = textured()
+    tracker = SitupTracker(TrackerParams(scale_factors=(1.0,)))
+    tracker.init(image, BoundingBox(80, 60, 40, 32))
+    estimate = tracker.update(np.roll(image, pixels, axis=1))
+    assert estimate.box.x in (80, 84)
+    assert abs(estimate.fine_box.x - 80 - pixels) < abs(estimate.box.x - 80 - pixels)
+
+
+@pytest.mark.parametrize("size", [32, 120], ids=["whole", "halved"])
+def test_a_target_that_moves_with_the_scene_is_found_beyond_its_window(size):
+    image, shift = textured(480, 640), (1.5 * size, -size)
+    moved = np.roll(image, (int(shift[1]), int(shift[0])), (0, 1))
+    tracker = SitupTracker(TrackerParams(scale_factors=(1.0,)))
+    tracker.init(image, BoundingBox(240, 200, size, size))
+    assert abs(tracker.locate(moved).box.x - 240 - shift[0]) > size / 2
+    box = tracker.update(moved, shift).box
+    assert (box.x - 240, box.y - 200) == pytest.approx(shift, abs=1)
+
+
+def test_a_target_that_stays_while_the_scene_moves_is_kept():
+    image = textured()
+    tracker = SitupTracker()
+    tracker.init(image, BoundingBox(80, 60, 40, 32))
+    for _ in range(3):  # more than once: spectra of the place that lost must not be learnt
+        assert tracker.update(image, (30.0, 20.0)).box == BoundingBox(80, 60, 40, 32)
