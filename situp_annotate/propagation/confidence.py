@@ -1,27 +1,111 @@
-"""How far a tracked box can be trusted, from the tracker's own response."""
+"""How far a box can be trusted: the probability that it overlaps the object well enough.
 
-import statistics
-from collections import deque
+A logistic model of what is known of a box. Its coefficients are fitted by
+``benchmarks/confidence.py`` and stored in ``confidence.json`` beside this module.
+"""
 
-__all__ = ["RelativeSharpness"]
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from enum import StrEnum
+from functools import cache
+from importlib import resources
 
-_USUAL = 25
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["GOOD", "PRECISE", "Evidence", "Kind", "design_matrix", "feature_names", "probability"]
+
+Array = npt.NDArray[np.float64]
+
+GOOD = 0.5
+"""Overlap with the object from which a box counts as right: what ``confidence`` is about."""
+
+PRECISE = 0.7
+"""Overlap from which a box needs no correction: what suggestions for review are about."""
 
 
-class RelativeSharpness:
-    """Confidence as the APCE of a response relative to what is usual for the track.
+class Kind(StrEnum):
+    """How a box came about."""
 
-    The first responses after a keyframe, where the target is surely in view, say what sharpness
-    is usual; a response of that sharpness or more has confidence 1, one of half of it 0.5. It
-    ranks the frames of a track; it is not a calibrated probability.
+    AGREED = "agreed"
+    ONE_PASS = "one_pass"
+    BRIDGED = "bridged"
+    OPEN = "open"
+    LOST = "lost"
+    INTERPOLATED = "interpolated"
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What is known of the boxes of a stretch: arrays of (n,), one entry a frame.
+
+    Attributes
+    ----------
+    kind : ndarray of int
+        Index of the :class:`Kind`.
+    peak : ndarray
+        Height of the response's peak of the pass that is trusted; the mean if both are; 0 without.
+    sharpness : ndarray
+        APCE over its median in the first frames of the pass, at most 2; 0 without.
+    agreement : ndarray
+        Overlap of both passes, in [0, 1]; 0 without a second one.
+    met : ndarray
+        Overlap of the trusted pass with the human box at its far end, in [0, 1]; 0 without.
+    distance : ndarray
+        Frames to the nearest keyframe, as log(1 + frames).
+    drift : ndarray
+        Size as log(√area), off the straight line between the keyframes' sizes; ≥ 0.
     """
 
-    def __init__(self) -> None:
-        self._usual: deque[float] = deque(maxlen=_USUAL)
+    kind: npt.NDArray[np.int64]
+    peak: Array
+    sharpness: Array
+    agreement: Array
+    met: Array
+    distance: Array
+    drift: Array
 
-    def __call__(self, apce: float) -> float:
-        """Confidence in [0, 1] for the next response of this APCE (≥ 0)."""
-        if len(self._usual) < _USUAL:
-            self._usual.append(apce)
-        usual = statistics.median(self._usual)
-        return min(1.0, apce / usual) if usual > 0 else 0.0
+
+_MEASURES = tuple(field.name for field in fields(Evidence) if field.name != "kind")
+
+
+def feature_names() -> tuple[str, ...]:
+    """Names of the columns of :func:`design_matrix`: a constant for each kind, then measures.
+
+    The distance counts apart for boxes that no tracker found, since only they go astray with
+    distance alone.
+    """
+    return (*Kind, *_MEASURES, "distance_untracked")
+
+
+def design_matrix(evidence: Evidence) -> Array:
+    """The evidence as the logistic model takes it, (n, features)."""
+    kinds = np.eye(len(Kind))[evidence.kind]
+    untracked = kinds[:, [list(Kind).index(k) for k in (Kind.BRIDGED, Kind.INTERPOLATED)]].sum(1)
+    measures = [getattr(evidence, name) for name in _MEASURES]
+    return np.column_stack([kinds, *measures, untracked * evidence.distance])
+
+
+@cache
+def _coefficients() -> Mapping[str, Mapping[str, float]]:
+    text = resources.files("situp_annotate.propagation").joinpath("confidence.json").read_text()
+    coefficients: Mapping[str, Mapping[str, float]] = json.loads(text)["coefficients"]
+    return coefficients
+
+
+def probability(evidence: Evidence, overlap: float = GOOD) -> Array:
+    """Probability of each box, (n,) in [0, 1], to overlap the object by at least `overlap`.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is known of the boxes.
+    overlap : float
+        ``GOOD`` or ``PRECISE``.
+    """
+    named = _coefficients()[str(overlap)]
+    weights = np.array([named[name] for name in feature_names()])
+    odds = design_matrix(evidence) @ weights
+    chance: Array = 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
+    return chance

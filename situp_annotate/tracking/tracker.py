@@ -145,6 +145,16 @@ class SitupTracker:
         """
         return self._target_for(image).candidates(image)
 
+    def place(self, box: BoundingBox) -> None:
+        """Go to where the target may be, and learn nothing; :meth:`locate` searches there.
+
+        Raises
+        ------
+        TrackingError
+            If there was no :meth:`init`.
+        """
+        self._initialised().place(box)
+
     def learn(self, image: Image, box: BoundingBox) -> None:
         """Go to where the target is known to be in a picture, and learn from there.
 
@@ -162,16 +172,20 @@ class SitupTracker:
         """
         self._target_for(image).learn(image, box)
 
-    def _target_for(self, image: Image) -> "_Target":
+    def _initialised(self) -> "_Target":
         if self._target is None:
             raise TrackingError("The tracker has no target yet: call init(image, box) first.")
+        return self._target
+
+    def _target_for(self, image: Image) -> "_Target":
+        target = self._initialised()
         _check_image(image)
-        if image.shape != self._target.shape:
+        if image.shape != target.shape:
             raise TrackingError(
                 f"The picture has shape {image.shape}, the one the target was learnt from "
-                f"{self._target.shape}: all must be the same."
+                f"{target.shape}: all must be the same."
             )
-        return self._target
+        return target
 
 
 def _check_image(image: object) -> None:
@@ -243,6 +257,10 @@ class _Target:
         """Find the target at each scale of the pool."""
         pairs = zip(self._params.scale_factors, self._responses(image), strict=True)
         return tuple(self._estimate(factor, map_, apce(map_))[1] for factor, map_ in pairs)
+
+    def place(self, box: BoundingBox) -> None:
+        """Place the target and leave the model as it is."""
+        self._placement = self._window.placement(box)
 
     def learn(self, image: Image, where: Placement | BoundingBox) -> None:
         """Place the target and update the model there."""

@@ -1,0 +1,131 @@
+"""Where one more box is expected to help most."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from situp_annotate.propagation.confidence import PRECISE, Kind, probability
+from situp_annotate.propagation.labels import Stretch, TrackLabels
+from situp_annotate.types import Provenance
+
+__all__ = ["Reason", "Suggestion", "suggest"]
+
+Array = npt.NDArray[np.float64]
+
+_KINDS = list(Kind)
+_REACH = 0.25
+_SHORTEST_REACH = 2.0
+_LOW_AGREEMENT = 0.5
+_LARGE_DRIFT = 0.25
+_LEAST_GAIN = 0.5
+
+
+class Reason(StrEnum):
+    """Why a frame is worth a look."""
+
+    DISAGREE = "passes disagree"
+    LOST = "target lost"
+    DRIFT = "scale runs away"
+    BORDER = "near the border"
+    CONFIDENCE = "confidence dips"
+
+
+@dataclass(frozen=True, slots=True)
+class Suggestion:
+    """A frame in which a box should be drawn.
+
+    Attributes
+    ----------
+    track_id, frame : int
+        Where.
+    reason : Reason
+        Why.
+    confidence : float
+        Of the box that is there now, in [0, 1].
+    gain : float
+        How many frames more are expected to be right (overlap of at least 0.7) with a box there.
+    """
+
+    track_id: int
+    frame: int
+    reason: Reason
+    confidence: float
+    gain: float
+
+
+def suggest(
+    labels: TrackLabels, size_hw: tuple[int, int], *, most: int = 10
+) -> tuple[Suggestion, ...]:
+    """The frames of a track at which one box is expected to help most, best first.
+
+    Each frame is expected to be wrong with some probability, and a box is expected to mend the
+    frames around it, the less the further away, within its span. After each suggestion what it is
+    expected to mend is taken off, so that the next one is elsewhere.
+
+    Parameters
+    ----------
+    labels : TrackLabels
+        The track.
+    size_hw : tuple of int
+        Height and width of the pictures in pixels.
+    most : int
+        How many at most; fewer where little is left to gain.
+    """
+    doubts = [_doubt(stretch) for stretch in labels.stretches]
+    found: list[Suggestion] = []
+    while len(found) < most:
+        gains = [_gains(doubt) for doubt in doubts]
+        peaks = [float(gain.max(initial=0.0)) for gain in gains]
+        if not peaks or max(peaks) < _LEAST_GAIN:
+            break
+        number = int(np.argmax(peaks))
+        stretch, row = labels.stretches[number], int(np.argmax(gains[number]))
+        found.append(
+            Suggestion(
+                labels.track.id,
+                stretch.start + row,
+                _reason(stretch, row, size_hw),
+                float(stretch.confidence[row]),
+                peaks[number],
+            )
+        )
+        doubts[number] = doubts[number] * (1 - _influence(len(stretch.boxes))[row])
+    return tuple(found)
+
+
+def _doubt(stretch: Stretch) -> Array:
+    """Probability of each box to need a correction; 0 for human ones."""
+    doubt = 1 - probability(stretch.evidence, PRECISE)
+    human = [provenance is Provenance.HUMAN for provenance in stretch.provenances]
+    return np.where(human, 0.0, doubt)
+
+
+def _influence(count: int) -> Array:
+    """Share of the doubt about each frame (column) that a box in a frame (row) takes away."""
+    rows = np.arange(count)
+    apart = np.abs(rows[:, np.newaxis] - rows)
+    reach = max(_SHORTEST_REACH, _REACH * count)
+    influence: Array = np.exp(-apart / reach)
+    return influence
+
+
+def _gains(doubt: Array) -> Array:
+    """Frames expected to be mended by a box in each frame; none by one that is right already."""
+    return doubt * (_influence(len(doubt)) @ doubt)
+
+
+def _reason(stretch: Stretch, row: int, size_hw: tuple[int, int]) -> Reason:
+    evidence = stretch.evidence
+    kind = _KINDS[evidence.kind[row]]
+    x, y, width, height = stretch.boxes[row]
+    if kind is Kind.LOST:
+        return Reason.LOST
+    if kind in (Kind.BRIDGED, Kind.ONE_PASS) and evidence.agreement[row] < _LOW_AGREEMENT:
+        return Reason.DISAGREE
+    if x < 0 or y < 0 or x + width > size_hw[1] or y + height > size_hw[0]:
+        return Reason.BORDER
+    if evidence.drift[row] > _LARGE_DRIFT:
+        return Reason.DRIFT
+    return Reason.CONFIDENCE
