@@ -1,8 +1,18 @@
 """Videos in: files and folders of pictures become frames, in order, with their times."""
 
 from situp_annotate.video.discovery import find_videos, fingerprint
+from situp_annotate.video.footage import ForwardWalk, VideoFootage
 from situp_annotate.video.opening import open_video
 from situp_annotate.video.rewinding import Rewinder, rewind
 from situp_annotate.video.source import FrameSource
 
-__all__ = ["FrameSource", "Rewinder", "find_videos", "fingerprint", "open_video", "rewind"]
+__all__ = [
+    "ForwardWalk",
+    "FrameSource",
+    "Rewinder",
+    "VideoFootage",
+    "find_videos",
+    "fingerprint",
+    "open_video",
+    "rewind",
+]
