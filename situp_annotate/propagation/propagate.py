@@ -65,6 +65,7 @@ def propagate(
     cache: PassCache | None = None,
     survey: Survey | None = None,
     on_frame: Callable[[], None] | None = None,
+    on_survey: Callable[[Survey], None] | None = None,
 ) -> Labels:
     """Propagate hand-drawn boxes through a video.
 
@@ -90,10 +91,12 @@ def propagate(
     cache : mapping, optional
         Passes that are in it are not made again; those that are made are put into it.
     survey : Survey, optional
-        Of the same footage, from :func:`take_survey`; with it and all passes in the cache nothing
+        Of the same footage, as `on_survey` was told; with it and all passes in the cache nothing
         is read.
     on_frame : callable, optional
         Called after each frame that was read.
+    on_survey : callable, optional
+        Called with the survey once the footage has been read forward, before it is read backward.
 
     Returns
     -------
@@ -106,6 +109,8 @@ def propagate(
     with _Walker(threads, tracker, passes, on_frame) as walker:
         if survey is None:
             survey = walker.survey(footage, [plan.forward_passes() for plan in plans])
+        if on_survey is not None:
+            on_survey(survey)
         for plan in plans:
             plan.cut(survey.frame_count)
         # After a survey only where a keyframe turned out to be the last one.
