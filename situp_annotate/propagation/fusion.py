@@ -1,46 +1,22 @@
 """Join the pass from the keyframe before with the pass from the keyframe after.
 
-Which pass is right is a hidden state of each frame: both, the forward one, the backward one, or
-neither. The likeliest sequence of states is found for the whole stretch at once, from how well
-the passes agree, how high their responses peak, how they meet the human boxes at the far ends,
-and how far the box would have to jump. Where both are right they are cross-faded, where one is
-right it is taken, where neither is the gap is bridged.
+Where both are trusted they are cross-faded, so that each meets its human box; where one is
+trusted it is taken; where neither is, the gap is bridged.
 """
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
 
-from situp_annotate.propagation.passes import Pass, peak_evidence
+from situp_annotate.propagation.passes import Pass
+from situp_annotate.propagation.trust import Trust, likeliest_trust
 
-__all__ = ["Fused", "Trust", "center_boxes", "corner_boxes", "fuse", "overlaps"]
+__all__ = ["Fused", "fuse", "overlaps"]
 
 Array = npt.NDArray[np.float64]
 
-_EVIDENCE_PER_OVERLAP = 14.0
-_USUAL_OVERLAP = 0.5
-_MOST_EVIDENCE = 6.0
-_WEIGHT = 0.6
-_SWITCH = 0.01
-_NEITHER = 0.3
-_JUMP = 6.0
-_LONGEST_JUMP = 3.0
 _RAMPS = 8
-
-
-class Trust(IntEnum):
-    """Which passes are taken to be right in a frame."""
-
-    BOTH = 0
-    FORWARD = 1
-    BACKWARD = 2
-    NEITHER = 3
-
-
-_FORWARD_RIGHT = np.array([True, True, False, False])
-_BACKWARD_RIGHT = np.array([True, False, True, False])
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,13 +48,13 @@ def overlaps(boxes: Array, others: Array) -> Array:
     return ratio
 
 
-def center_boxes(boxes: Array) -> Array:
+def _centered(boxes: Array) -> Array:
     """From (n, 4) x, y, width, height to centre x, centre y, log width, log height."""
     return np.hstack([boxes[:, :2] + boxes[:, 2:] / 2, np.log(boxes[:, 2:])])
 
 
-def corner_boxes(centered: Array) -> Array:
-    """Inverse of :func:`center_boxes`."""
+def _cornered(centered: Array) -> Array:
+    """Inverse of :func:`_centered`."""
     size = np.exp(centered[:, 2:])
     return np.hstack([centered[:, :2] - size / 2, size])
 
@@ -96,67 +72,20 @@ def fuse(forward: Pass, backward: Pass, shifts: Array) -> Fused:
         (n, 2), how far the scene moved in x and y since the frame before; row 0 is not used.
     """
     agreement = overlaps(forward.boxes, backward.boxes)
-    ahead, behind = center_boxes(forward.boxes), center_boxes(backward.boxes)
-    trust = _likeliest(forward, backward, agreement, ahead, behind)
-    share = np.linspace(0, 1, len(trust))[:, np.newaxis]
-    sources = ((1 - share) * ahead + share * behind, ahead, behind, np.full_like(ahead, np.nan))
-    path = np.choose(trust[:, np.newaxis], sources)
+    ahead, behind = _centered(forward.boxes), _centered(backward.boxes)
+    share = np.linspace(0, 1, len(ahead))[:, np.newaxis]
+    paths = np.stack([(1 - share) * ahead + share * behind, ahead, behind], axis=1)
+    trust = likeliest_trust(forward, backward, agreement, paths)
+    path = np.where(
+        (trust == Trust.NEITHER)[:, np.newaxis],
+        np.nan,
+        paths[np.arange(len(trust)), np.minimum(trust, Trust.BACKWARD)],
+    )
     path = _bridged(path, _scene(path, shifts))
     path = _without_jumps(path, np.flatnonzero(np.diff(trust)))
-    boxes = corner_boxes(path)
+    boxes = _cornered(path)
     boxes[0], boxes[-1] = forward.boxes[0], backward.boxes[-1]
     return Fused(boxes, trust, agreement)
-
-
-def _likeliest(
-    forward: Pass, backward: Pass, agreement: Array, ahead: Array, behind: Array
-) -> npt.NDArray[np.int64]:
-    """The likeliest sequence of :class:`Trust`, by Viterbi's algorithm."""
-    evidence = _evidence(forward, backward, agreement)
-    stay, switch = np.log(1 - _SWITCH), np.log(_SWITCH)
-    changed = (_FORWARD_RIGHT[:, np.newaxis] != _FORWARD_RIGHT).astype(int) + (
-        _BACKWARD_RIGHT[:, np.newaxis] != _BACKWARD_RIGHT
-    )
-    transitions = np.repeat([(2 - changed) * stay + changed * switch], len(evidence), axis=0)
-    transitions[1:, Trust.FORWARD, Trust.BACKWARD] -= _jump_cost(ahead[:-1], behind[1:])
-    transitions[1:, Trust.BACKWARD, Trust.FORWARD] -= _jump_cost(behind[:-1], ahead[1:])
-    best = evidence[0]
-    origins = np.zeros(evidence.shape, np.int64)
-    for row in range(1, len(evidence)):
-        scores = best[:, np.newaxis] + transitions[row]
-        origins[row] = scores.argmax(axis=0)
-        best = scores.max(axis=0) + evidence[row]
-    trust = np.empty(len(evidence), np.int64)
-    trust[-1] = best.argmax()
-    for row in range(len(evidence) - 1, 0, -1):
-        trust[row - 1] = origins[row, trust[row]]
-    return trust
-
-
-def _evidence(forward: Pass, backward: Pass, agreement: Array) -> Array:
-    """Log-likelihood of each trust in each frame, (n, 4), up to a constant of the frame."""
-    forward_right = np.where(_FORWARD_RIGHT, 0.5, -0.5) * peak_evidence(forward.peak)[:, np.newaxis]
-    backward_right = (
-        np.where(_BACKWARD_RIGHT, 0.5, -0.5) * peak_evidence(backward.peak)[:, np.newaxis]
-    )
-    same = _EVIDENCE_PER_OVERLAP * (agreement - _USUAL_OVERLAP)
-    bounded = _WEIGHT * np.clip(same, -_MOST_EVIDENCE, _MOST_EVIDENCE)
-    # At the ends one of the passes is the human box, and the other is right if it agrees.
-    bounded[[0, -1]] = same[[0, -1]]
-    both_right = np.array([0.5, -0.5, -0.5, -0.5]) * bounded[:, np.newaxis]
-    evidence: Array = forward_right + backward_right + both_right
-    evidence[:, Trust.NEITHER] -= _NEITHER
-    evidence[0, ~_FORWARD_RIGHT] = evidence[-1, ~_BACKWARD_RIGHT] = -np.inf
-    return evidence
-
-
-def _jump_cost(path: Array, other: Array) -> Array:
-    """What it costs to change from one path to another at each frame: the way in target sizes."""
-    size = np.exp((path[:, 2:].sum(axis=1) + other[:, 2:].sum(axis=1)) / 4)
-    apart = np.hypot(*(path[:, :2] - other[:, :2]).T) / size
-    apart += np.abs(path[:, 2:] - other[:, 2:]).sum(axis=1)
-    cost: Array = _JUMP * np.minimum(apart, _LONGEST_JUMP)
-    return cost
 
 
 def _scene(path: Array, shifts: Array) -> Array:

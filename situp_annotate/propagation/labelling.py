@@ -6,10 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from situp_annotate.propagation.confidence import Evidence, Kind, probability
-from situp_annotate.propagation.fusion import Trust, fuse, overlaps
+from situp_annotate.propagation.fusion import fuse, overlaps
 from situp_annotate.propagation.labels import Stretch
 from situp_annotate.propagation.passes import Pass
 from situp_annotate.propagation.spans import Span
+from situp_annotate.propagation.trust import Trust
 from situp_annotate.types import BoundingBox, Provenance, State
 
 __all__ = ["label_closed", "label_interpolated", "label_open"]

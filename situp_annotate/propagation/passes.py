@@ -19,7 +19,7 @@ TrackerFactory = Callable[[], Tracker]
 
 _USUAL_PEAK = 0.25
 _EVIDENCE_PER_PEAK = 20.0
-_MOST_EVIDENCE = 3.0
+_MOST_EVIDENCE = 2.0
 _WEIGHT = 0.6
 
 _GONE_PEAK = 0.17
