@@ -55,7 +55,7 @@ class Span:
 
 def _pairs(keyframes: Sequence[Keyframe]) -> Iterator[tuple[Keyframe, Keyframe | None]]:
     """Each keyframe with the next one."""
-    return zip(keyframes, [*keyframes[1:], None], strict=True)
+    return zip(keyframes, [*keyframes, None][1:], strict=True)
 
 
 def forward_passes(keyframes: Sequence[Keyframe]) -> list[PassKey]:
