@@ -18,7 +18,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from situp_annotate.errors import RecipeError, TrackingError
 from situp_annotate.formats.overlay import OverlayOptions
+from situp_annotate.propagation import PropagationOptions
 from situp_annotate.tracking import TrackerParams
+from situp_annotate.types import State
 
 __all__ = [
     "DecodingOptions",
@@ -61,9 +63,12 @@ class MotOptions:
     ----------
     pixel_origin : int
         Coordinate of the picture's top-left corner: 0, or 1 for tools that count from 1.
+    states : tuple of State
+        Which boxes get rows. Where the object is lost, its box says nothing about where it is.
     """
 
     pixel_origin: Literal[0, 1] = 0
+    states: tuple[State, ...] = (State.VISIBLE, State.OCCLUDED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +76,7 @@ class Recipe:
     """Settings of a run; each attribute is a table of the TOML file."""
 
     tracker: TrackerParams = field(default_factory=TrackerParams)
+    propagation: PropagationOptions = field(default_factory=PropagationOptions)
     decoding: DecodingOptions = field(default_factory=DecodingOptions)
     outputs: Outputs = field(default_factory=Outputs)
     mot: MotOptions = field(default_factory=MotOptions)

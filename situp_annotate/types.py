@@ -111,7 +111,8 @@ class Frame:
     pts_ns : int
         Presentation time in nanoseconds from the start of the stream; strictly increasing.
     image : Image
-        The pixels, upright (rotation applied). Read-only by agreement.
+        The pixels, upright (rotation applied). Read-only by agreement. Empty, 0 × 0, where
+        labels are written and nothing looks at the picture.
     findings : tuple of Finding
         What the source noticed between the frame before and this one.
     """
@@ -252,17 +253,18 @@ class TrackPoint:
     box : BoundingBox
         Where the object is.
     confidence : float
-        In [0, 1]; 1 for boxes that a person drew.
+        Probability to overlap the object by half at least, in [0, 1]; 1 for boxes that a person
+        drew.
     state : State
-        Visible or occluded.
+        How the object is seen; the box of a lost one is where it is searched for.
     provenance : Provenance
-        Whether a person or the tracker drew the box.
+        Whether a person drew the box, the tracker found it, or it was put between others.
     apce : float or None
-        Average peak-to-correlation energy of the winning response; None for human boxes.
+        Average peak-to-correlation energy of the winning response; of tracked boxes only.
     peak : float or None
-        Highest value of the winning response; None for human boxes.
+        Highest value of the winning response; of tracked boxes only.
     scale : float or None
-        The object's size over its size at the keyframe it is tracked from; None for human boxes.
+        The object's size over its size at the keyframe it is tracked from; of tracked boxes only.
     """
 
     track_id: int

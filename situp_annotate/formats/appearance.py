@@ -2,7 +2,7 @@
 
 import colorsys
 
-from situp_annotate.types import Provenance, Track, TrackPoint
+from situp_annotate.types import Provenance, State, Track, TrackPoint
 
 __all__ = ["caption", "track_color"]
 
@@ -23,6 +23,10 @@ def track_color(track_id: int) -> tuple[int, int, int]:
 
 
 def caption(track: Track, point: TrackPoint) -> str:
-    """Text beside a box: id, label, and the confidence or that a person drew it."""
+    """Text beside a box: id, label, the confidence or that a person drew it, and the state.
+
+    The state is left out where the object is visible.
+    """
     trust = "key" if point.provenance is Provenance.HUMAN else f"{point.confidence:.2f}"
-    return f"#{track.id} {track.label} {trust}"
+    state = "" if point.state is State.VISIBLE else f" {point.state}"
+    return f"#{track.id} {track.label} {trust}{state}"

@@ -113,6 +113,11 @@ def _edges(box: BoundingBox) -> tuple[int, int, int, int]:
     return left, top, max(right, left), max(bottom, top)
 
 
+def _dimmed(color: Color) -> Color:
+    blue, green, red = ((level + dark) // 2 for level, dark in zip(color, _DARK, strict=True))
+    return blue, green, red
+
+
 def _draw_dashes(image: Image, edges: tuple[int, int, int, int], pen: _Pen, color: Color) -> None:
     left, top, right, bottom = edges
     height, width = image.shape[:2]
@@ -138,7 +143,9 @@ def _draw_handles(image: Image, edges: tuple[int, int, int, int], pen: _Pen, col
 
 def _draw_point(image: Image, track: Track, point: TrackPoint, pen: _Pen) -> None:
     color, edges = _blue_green_red(track.id), _edges(point.box)
-    if point.state is State.OCCLUDED:
+    if point.state is State.LOST:
+        color = _dimmed(color)
+    if point.state is not State.VISIBLE:
         _draw_dashes(image, edges, pen, color)
     else:
         cv2.rectangle(image, edges[:2], edges[2:], _DARK, pen.line + 2)
@@ -161,8 +168,8 @@ def draw_labels(image: Image, frame_index: int, pairs: Sequence[tuple[Track, Tra
     frame_index : int
         Index in decode order, from 0; written at the bottom left.
     pairs : sequence of (Track, TrackPoint)
-        What to draw. A person's boxes have handles on their corners and say "key", occluded
-        ones are dashed.
+        What to draw. A person's boxes have handles on their corners and say "key"; occluded
+        ones are dashed, lost ones dashed and dimmed, and both say so.
 
     Returns
     -------

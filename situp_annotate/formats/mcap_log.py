@@ -25,6 +25,7 @@ from situp_annotate.types import (
     BoundingBox,
     Frame,
     Provenance,
+    State,
     Track,
     TrackPoint,
     VideoInfo,
@@ -38,6 +39,8 @@ LOG_TOPIC = "/log"
 METADATA_NAME = "situp-annotate"
 
 _MEDIA_TYPES = {".csv": "text/csv", ".json": "application/json"}
+_FAINT = 0.4
+"""Opacity of boxes that are only guessed, since the object is lost."""
 _TEXT_BACKGROUND = Color(r=0.08, g=0.08, b=0.08, a=0.75)
 
 
@@ -87,6 +90,8 @@ class McapSink:
         self._attachments = attachments
         self._thickness = max(1.0, info.height / 360)
         self._font_size = max(10.0, info.height / 36)
+        self._leaving = {(t.id, k.frame) for t in tracks for k in t.keyframes if k.box is None}
+        self._outside: set[int] = set()
         self._frames = 0
         self._last_ns = 0
         self._file = path.open("wb")
@@ -112,10 +117,17 @@ class McapSink:
             self._log(frame.pts_ns, Log.WARNING, finding.message)
         pairs = [(self._tracks[point.track_id], point) for point in points]
         self._add(ANNOTATIONS_TOPIC, self._annotations(frame, pairs), frame.pts_ns)
-        states = track_states(frame, pairs, _timestamp(frame.pts_ns))
+        outside = self._note_outside(frame, points)
+        states = track_states(frame, pairs, outside, _timestamp(frame.pts_ns))
         self._add(TRACKS_TOPIC, states, frame.pts_ns)
         self._frames += 1
         self._last_ns = frame.pts_ns
+
+    def _note_outside(self, frame: Frame, points: Sequence[TrackPoint]) -> list[Track]:
+        """Tracks outside from their ``outside`` keyframe to their next box, by id."""
+        self._outside |= {id_ for id_ in self._tracks if (id_, frame.index) in self._leaving}
+        self._outside -= {point.track_id for point in points}
+        return [self._tracks[track_id] for track_id in sorted(self._outside)]
 
     def _annotations(self, frame: Frame, pairs: list[tuple[Track, TrackPoint]]) -> ImageAnnotations:
         timestamp = _timestamp(frame.pts_ns)
@@ -123,12 +135,13 @@ class McapSink:
         for track, point in pairs:
             red, green, blue = (level / 255 for level in track_color(track.id))
             color = Color(r=red, g=green, b=blue, a=1.0)
+            opacity = _FAINT if point.state is State.LOST else 1.0
             thick = 2 if point.provenance is Provenance.HUMAN else 1
             message.points.add(
                 timestamp=timestamp,
                 type=PointsAnnotation.LINE_LOOP,
                 points=_corners(point.box),
-                outline_color=color,
+                outline_color=Color(r=red, g=green, b=blue, a=opacity),
                 thickness=thick * self._thickness,
             )
             message.texts.add(

@@ -5,7 +5,7 @@ coordinates x, y, z are −1. Corners are 0-based as CVAT and TrackEval take the
 ``pixel_origin=1``.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import Self
 
 from situp_annotate.errors import BoxError, SitupError
-from situp_annotate.types import BoundingBox, Frame, TrackPoint
+from situp_annotate.types import BoundingBox, Frame, State, TrackPoint
 
 __all__ = ["MotRow", "MotSink", "read_mot"]
 
@@ -58,15 +58,22 @@ class MotSink:
         File to write.
     pixel_origin : int
         Coordinate of the picture's top-left corner: 0 or 1.
+    states : collection of State
+        Boxes in other states get no rows.
     """
 
-    def __init__(self, path: Path, *, pixel_origin: int = 0) -> None:
+    def __init__(
+        self, path: Path, *, pixel_origin: int = 0, states: Collection[State] = tuple(State)
+    ) -> None:
         self._file = path.open("w", encoding="utf-8", newline="\n")
         self._origin = pixel_origin
+        self._states = frozenset(states)
 
     def write(self, frame: Frame, points: Sequence[TrackPoint]) -> None:
         """Add the rows of one frame."""
         for point in points:
+            if point.state not in self._states:
+                continue
             box = point.box
             numbers = (
                 box.x + self._origin,

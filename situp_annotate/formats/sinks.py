@@ -20,7 +20,8 @@ class Sink(Protocol):
     def write(self, frame: Frame, points: Sequence[TrackPoint]) -> None:
         """Add one frame and the labels on it (none on a frame without objects).
 
-        Frames come in order; points are sorted by track id, at most one a track.
+        Frames come in order; points are sorted by track id, at most one a track. Unless the
+        overlay is made, frames come without their pictures: images of 0 × 0 pixels.
         """
 
     def __enter__(self) -> Self: ...

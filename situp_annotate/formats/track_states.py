@@ -9,13 +9,13 @@
     message TrackState {
       uint32 id = 1;
       string label = 2;
-      double x = 3;            // pixels, 0-based, corner of the box
-      double y = 4;
-      double width = 5;
-      double height = 6;
+      optional double x = 3;   // pixels, 0-based, corner of the box; none when outside
+      optional double y = 4;
+      optional double width = 5;
+      optional double height = 6;
       double confidence = 7;   // 0 to 1
-      string state = 8;        // "visible" or "occluded"
-      string provenance = 9;   // "human" or "tracked"
+      string state = 8;        // "visible", "occluded", "lost" or "outside"
+      string provenance = 9;   // "human", "tracked" or "interpolated"
       optional double apce = 10;   // of tracked boxes only, as are the next two
       optional double peak = 11;
       optional double scale = 12;
@@ -30,16 +30,22 @@ The descriptor is built here from that text's content, so that neither ``protoc`
 files are needed.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
 
-from situp_annotate.types import Frame, Track, TrackPoint
+from situp_annotate.types import Frame, Provenance, Track, TrackPoint
 
-__all__ = ["TrackStates", "track_states"]
+__all__ = ["OUTSIDE", "TrackStates", "track_states"]
+
+OUTSIDE = "outside"
+"""State of an object that has left the picture: no box is in this state."""
 
 _Field = descriptor_pb2.FieldDescriptorProto
 _PACKAGE = "situp_annotate"
+_BOX = ("x", "y", "width", "height")
+_SIGNALS = ("apce", "peak", "scale")
 
 
 def _message(
@@ -59,16 +65,15 @@ def _message(
 
 
 def _file() -> descriptor_pb2.FileDescriptorProto:
-    measures = ("x", "y", "width", "height", "confidence")
     track_state = _message(
         "TrackState",
         ("id", _Field.TYPE_UINT32),
         ("label", _Field.TYPE_STRING),
-        *((name, _Field.TYPE_DOUBLE) for name in measures),
+        *((name, _Field.TYPE_DOUBLE) for name in (*_BOX, "confidence")),
         ("state", _Field.TYPE_STRING),
         ("provenance", _Field.TYPE_STRING),
-        *((name, _Field.TYPE_DOUBLE) for name in ("apce", "peak", "scale")),
-        optional=frozenset({"apce", "peak", "scale"}),
+        *((name, _Field.TYPE_DOUBLE) for name in _SIGNALS),
+        optional=frozenset({*_BOX, *_SIGNALS}),
     )
     track_states = _message(
         "TrackStates",
@@ -100,7 +105,10 @@ TrackStates: Any = _build()
 
 
 def track_states(
-    frame: Frame, points: "list[tuple[Track, TrackPoint]]", timestamp: timestamp_pb2.Timestamp
+    frame: Frame,
+    points: Sequence[tuple[Track, TrackPoint]],
+    outside: Sequence[Track],
+    timestamp: timestamp_pb2.Timestamp,
 ) -> Any:  # noqa: ANN401
     """Say where every track is in a frame.
 
@@ -108,8 +116,10 @@ def track_states(
     ----------
     frame : Frame
         The frame.
-    points : list of (Track, TrackPoint)
+    points : sequence of (Track, TrackPoint)
         The tracks that have a box in it.
+    outside : sequence of Track
+        The tracks that a person said to have left the picture.
     timestamp : Timestamp
         The frame's time.
 
@@ -119,20 +129,25 @@ def track_states(
     """
     message = TrackStates(timestamp=timestamp, frame=frame.index)
     for track, point in points:
-        box = point.box
         state = message.states.add(
             id=track.id,
             label=track.label,
-            x=box.x,
-            y=box.y,
-            width=box.width,
-            height=box.height,
             confidence=point.confidence,
             state=point.state,
             provenance=point.provenance,
         )
-        for name in ("apce", "peak", "scale"):
+        for name in _BOX:
+            setattr(state, name, getattr(point.box, name))
+        for name in _SIGNALS:
             value = getattr(point, name)
             if value is not None:
                 setattr(state, name, value)
+    for track in outside:
+        message.states.add(
+            id=track.id,
+            label=track.label,
+            confidence=1.0,
+            state=OUTSIDE,
+            provenance=Provenance.HUMAN,
+        )
     return message

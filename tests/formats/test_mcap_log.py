@@ -106,7 +106,7 @@ def test_boxes_are_closed_lines_with_text(log):
     color = (shape.outline_color.r, shape.outline_color.g, shape.outline_color.b)
     assert tuple(round(255 * level) for level in color) == track_color(3)
     assert text.text == "#3 Fußgänger key"
-    assert protos[3].texts[0].text == "#5 car 0.25"
+    assert protos[3].texts[0].text == "#5 car 0.25 occluded"
 
 
 def test_states_carry_everything(log):
