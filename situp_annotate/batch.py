@@ -85,6 +85,15 @@ class BatchReport:
         }
 
 
+@dataclass(frozen=True, slots=True)
+class _Options:
+    """How :func:`annotate_video` is to be called for every job."""
+
+    threads: int
+    overwrite: bool
+    cache: bool
+
+
 _counters = FrameCounters(0)
 
 
@@ -97,7 +106,7 @@ def _start(counters: FrameCounters) -> None:
 
 
 def _annotate(
-    index: int, job: VideoJob, output: Path, recipe: Recipe, *, threads: int, overwrite: bool
+    index: int, job: VideoJob, output: Path, recipe: Recipe, options: _Options
 ) -> Outcome:
     """Do one job; whatever goes wrong becomes a plain value that can cross processes."""
     try:
@@ -105,8 +114,9 @@ def _annotate(
             job,
             output,
             recipe,
-            threads=threads,
-            overwrite=overwrite,
+            threads=options.threads,
+            overwrite=options.overwrite,
+            cache=options.cache,
             on_progress=partial(_counters.report, index),
         )
     except SitupError as error:
@@ -140,12 +150,10 @@ class _Batch:
     def outcomes(self) -> tuple[Outcome, ...]:
         return tuple(outcome for outcome in self._outcomes if outcome is not None)
 
-    def run(self, executor: Executor, recipe: Recipe, *, threads: int, overwrite: bool) -> None:
+    def run(self, executor: Executor, recipe: Recipe, options: _Options) -> None:
         indices: dict[Future[Outcome], int] = {}
         for index, job in enumerate(self._jobs):
-            future = executor.submit(
-                _annotate, index, job, self._output, recipe, threads=threads, overwrite=overwrite
-            )
+            future = executor.submit(_annotate, index, job, self._output, recipe, options)
             indices[future] = index
             if future.done():
                 self._collect([(indices.pop(future), future)])
@@ -200,6 +208,7 @@ def annotate_batch(
     workers: int | None = None,
     executor: Literal["process", "serial"] = "process",
     overwrite: bool = False,
+    cache: bool = True,
     on_progress: Callable[[BatchProgress], None] | None = None,
 ) -> BatchReport:
     """Annotate videos, each in a process of its own; write ``batch.json`` beside their folders.
@@ -219,6 +228,9 @@ def annotate_batch(
         ``"process"``, or ``"serial"`` to run everything in this process, one by one.
     overwrite : bool
         Replace outputs that are already there.
+    cache : bool
+        Whether to keep what the tracker says in ``output / ".cache"``, and to use what an earlier
+        run has kept there. Results do not depend on it.
     on_progress : callable, optional
         Called a few times a second with a :class:`BatchProgress`.
 
@@ -250,7 +262,7 @@ def annotate_batch(
     interrupted = True
     runner = _make_executor(processes, counters)
     try:
-        batch.run(runner, recipe, threads=threads, overwrite=overwrite)
+        batch.run(runner, recipe, _Options(threads, overwrite, cache))
         interrupted = False
     finally:
         # When all is done this only spares the wait for idle processes.

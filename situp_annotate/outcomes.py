@@ -4,10 +4,10 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from situp_annotate.errors import SitupError
-from situp_annotate.propagation import Skip
-from situp_annotate.types import Finding, Provenance, TrackPoint, VideoInfo, VideoJob
+from situp_annotate.propagation import Skip, Suggestion
+from situp_annotate.types import Finding, Provenance, State, TrackPoint, VideoInfo, VideoJob
 
-__all__ = ["TrackSummary", "VideoFailure", "VideoReport"]
+__all__ = ["CacheUse", "TrackSummary", "VideoFailure", "VideoReport"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,12 +22,16 @@ class TrackSummary:
         Its label.
     attributes : dict
         Its attributes, as in the manifest.
-    human_boxes, tracked_boxes : int
-        Frames labelled by the person and by the tracker.
+    human_boxes, tracked_boxes, interpolated_boxes : int
+        Frames labelled by the person, by the tracker, and between or beyond what it found.
+    occluded_frames, lost_frames : int
+        Frames in which the object is hidden, and in which nobody knows where it is.
     first_frame, last_frame : int or None
         First and last frame with a box; None without any.
     mean_confidence : float or None
-        Over the tracked boxes, in [0, 1]; None without any.
+        Over the boxes that no person drew, in [0, 1]; None without any.
+    review : tuple of Suggestion
+        Frames in which a box is expected to help most, best first.
     """
 
     id: int
@@ -35,26 +39,53 @@ class TrackSummary:
     attributes: dict[str, Any] = field(default_factory=dict)
     human_boxes: int = 0
     tracked_boxes: int = 0
+    interpolated_boxes: int = 0
+    occluded_frames: int = 0
+    lost_frames: int = 0
     first_frame: int | None = None
     last_frame: int | None = None
     mean_confidence: float | None = None
+    review: tuple[Suggestion, ...] = ()
+
+    @property
+    def propagated_boxes(self) -> int:
+        """Boxes that no person drew."""
+        return self.tracked_boxes + self.interpolated_boxes
 
     def with_point(self, frame: int, point: TrackPoint) -> "TrackSummary":
         """The summary after one more box."""
-        first = frame if self.first_frame is None else self.first_frame
-        if point.provenance is Provenance.HUMAN:
-            return replace(
-                self, human_boxes=self.human_boxes + 1, first_frame=first, last_frame=frame
-            )
-        count = self.tracked_boxes + 1
-        mean = self.mean_confidence or 0.0
+        mean = self.mean_confidence
+        if point.provenance is not Provenance.HUMAN:
+            mean = mean or 0.0
+            mean += (point.confidence - mean) / (self.propagated_boxes + 1)
         return replace(
             self,
-            tracked_boxes=count,
-            first_frame=first,
+            human_boxes=self.human_boxes + (point.provenance is Provenance.HUMAN),
+            tracked_boxes=self.tracked_boxes + (point.provenance is Provenance.TRACKED),
+            interpolated_boxes=self.interpolated_boxes
+            + (point.provenance is Provenance.INTERPOLATED),
+            occluded_frames=self.occluded_frames + (point.state is State.OCCLUDED),
+            lost_frames=self.lost_frames + (point.state is State.LOST),
+            first_frame=frame if self.first_frame is None else self.first_frame,
             last_frame=frame,
-            mean_confidence=mean + (point.confidence - mean) / count,
+            mean_confidence=mean,
         )
+
+
+@dataclass(frozen=True, slots=True)
+class CacheUse:
+    """How much of the tracking was done before.
+
+    Attributes
+    ----------
+    passes : int
+        Walks of the tracker from a keyframe that the labels are made from.
+    reused : int
+        Those of them that an earlier run had made.
+    """
+
+    passes: int
+    reused: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +110,8 @@ class VideoReport:
         What was noticed about the video while decoding it.
     outputs : tuple of str
         Names of the files written.
+    cache : CacheUse
+        How much of the tracking was done before.
     seconds : dict of str to float
         Time spent in each stage, and ``total``.
     """
@@ -91,6 +124,7 @@ class VideoReport:
     skipped: tuple[Skip, ...]
     findings: tuple[Finding, ...]
     outputs: tuple[str, ...]
+    cache: CacheUse
     seconds: dict[str, float]
 
     def as_dict(self) -> dict[str, Any]:

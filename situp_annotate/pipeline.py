@@ -2,38 +2,33 @@
 
 import json
 import platform
-import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
 import cv2
 
-from situp_annotate.formats.manifest import dump_manifest
-from situp_annotate.formats.mcap_log import McapSink
-from situp_annotate.formats.mot import MotSink
-from situp_annotate.formats.overlay import OverlaySink
-from situp_annotate.formats.sinks import Sink
+from situp_annotate.cache import CACHE_FOLDER, VideoCache
 from situp_annotate.formats.staging import staged_folder, write_whole
-from situp_annotate.outcomes import TrackSummary, VideoReport
-from situp_annotate.propagation import Propagation, propagate
+from situp_annotate.outcomes import CacheUse, VideoReport
+from situp_annotate.propagation import Labels, Survey, propagate
 from situp_annotate.recipe import Recipe
+from situp_annotate.stages import (
+    FrameProgress,
+    OnProgress,
+    Stopwatch,
+    TimedFootage,
+    frames_to_walk,
+)
 from situp_annotate.tracking import SitupTracker
-from situp_annotate.types import Frame, Track, VideoInfo, VideoJob
-from situp_annotate.video import fingerprint, open_video
+from situp_annotate.types import VideoJob
+from situp_annotate.video import ForwardWalk, VideoFootage, fingerprint
+from situp_annotate.writing import OUTPUTS, write_labels
 
 __all__ = ["annotate_video", "versions"]
 
-_MOT = "mot.csv"
-_MCAP = "annotations.mcap"
-_OVERLAY = "overlay.mp4"
 _SUMMARY = "summary.json"
-_OUTPUTS = frozenset({_MOT, _MCAP, _OVERLAY, _SUMMARY})
-
-OnProgress = Callable[[int, int | None], None]
-"""Called with the frames done and the number the header promises, after each frame."""
+_BYTES_PER_MB = 2**20
 
 
 def versions() -> dict[str, str]:
@@ -46,104 +41,49 @@ def versions() -> dict[str, str]:
     }
 
 
-class _Stopwatch:
-    """Adds up the seconds spent in each stage."""
-
-    def __init__(self) -> None:
-        self._started = time.perf_counter()
-        self.seconds: dict[str, float] = {}
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        start = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
-
-    def decoding(self, frames: Iterable[Frame]) -> Iterator[Frame]:
-        """Pass frames on, timing how long each takes to come."""
-        iterator = iter(frames)
-        while True:
-            with self.stage("decode"):
-                frame = next(iterator, None)
-            if frame is None:
-                return
-            yield frame
-
-    def finish(self) -> dict[str, float]:
-        """Seconds by stage and in total; what no stage claims is tracking."""
-        total = time.perf_counter() - self._started
-        return {**self.seconds, "track": total - sum(self.seconds.values()), "total": total}
-
-
-def _provenance(job: VideoJob, recipe: Recipe, info: VideoInfo, sha256: str) -> dict[str, str]:
-    """Where a log comes from: the content of its metadata record."""
-    return {
-        "tool": "situp-annotate",
-        "version": version("situp-annotate"),
-        "source": job.path.name,
-        "source_sha256": sha256,
-        "frame_rate": str(info.frame_rate),
-        "rotation_degrees": str(info.rotation_degrees),
-        "manifest_sha256": job.manifest_sha256 or "",
-        "recipe_sha256": recipe.sha256,
-        "mot_pixel_origin": str(recipe.mot.pixel_origin),
-    }
-
-
-def _open_sinks(
-    folder: Path, job: VideoJob, recipe: Recipe, info: VideoInfo, sha256: str, stack: ExitStack
-) -> dict[str, Sink]:
-    """Start every output that the recipe asks for, by file name.
-
-    The stack finishes them in reverse: the CSV is complete before the MCAP attaches it.
-    """
-    sinks: dict[str, Sink] = {}
-    if recipe.outputs.mcap:
-        manifest = dump_manifest([job], job.path.parent).encode()
-        attachments: dict[str, Path | bytes] = {"manifest.json": manifest}
-        if recipe.outputs.mot:
-            attachments[_MOT] = folder / _MOT
-        log = McapSink(
-            folder / _MCAP,
-            info=info,
-            tracks=job.tracks,
-            metadata=_provenance(job, recipe, info, sha256),
-            attachments=attachments,
+def _propagate(
+    job: VideoJob,
+    recipe: Recipe,
+    cache: VideoCache,
+    watch: Stopwatch,
+    progress: FrameProgress,
+    threads: int,
+) -> tuple[Labels, ForwardWalk]:
+    """Make the labels; say what there is to know of the video besides its pictures."""
+    options, incomplete = recipe.propagation, recipe.decoding.incomplete
+    walk, survey = cache.load_walk(job.path, incomplete) or (None, None)
+    budget_bytes = options.memory_mb * _BYTES_PER_MB
+    with watch.stage("open"):
+        footage = VideoFootage(
+            job.path, incomplete=incomplete, budget_bytes=budget_bytes, walk=walk
         )
-        sinks[_MCAP] = stack.enter_context(log)
-    if recipe.outputs.overlay:
-        overlay = OverlaySink(
-            folder / _OVERLAY, info=info, tracks=job.tracks, options=recipe.overlay
+
+    def expect(count: int, *, surveyed: bool) -> None:
+        left = frames_to_walk(job.tracks, options, count, cache.passes, surveyed=surveyed)
+        progress.expect(left + (count if recipe.outputs.overlay else 0))
+
+    def on_survey(found: Survey) -> None:
+        if survey is None:
+            cache.save_walk(footage.walk, found)
+        expect(found.frame_count, surveyed=True)
+
+    with footage:
+        promised = footage.info.frame_count_from_header
+        if promised is not None:
+            expect(promised, surveyed=walk is not None)
+        labels = propagate(
+            TimedFootage(footage, watch),
+            job.tracks,
+            options,
+            tracker=partial(SitupTracker, recipe.tracker),
+            threads=threads,
+            cache=cache.passes,
+            survey=survey,
+            on_frame=progress.step,
+            on_survey=on_survey,
         )
-        sinks[_OVERLAY] = stack.enter_context(overlay)
-    if recipe.outputs.mot:
-        csv = MotSink(folder / _MOT, pixel_origin=recipe.mot.pixel_origin)
-        sinks[_MOT] = stack.enter_context(csv)
-    return sinks
-
-
-def _write_all(
-    labelled: Propagation,
-    sinks: Mapping[str, Sink],
-    tracks: Sequence[Track],
-    watch: _Stopwatch,
-    on_frame: Callable[[int], None],
-) -> tuple[TrackSummary, ...]:
-    """Send every labelled frame to every sink; say what became of each track."""
-    summaries = {
-        track.id: TrackSummary(track.id, track.label, track.attributes) for track in tracks
-    }
-    for frame, points in labelled:
-        for name, sink in sinks.items():
-            with watch.stage(name):
-                sink.write(frame, points)
-        for point in points:
-            summary = summaries[point.track_id]
-            summaries[point.track_id] = summary.with_point(frame.index, point)
-        on_frame(frame.index + 1)
-    return tuple(summaries[track_id] for track_id in sorted(summaries))
+        progress.expect(labels.frame_count if recipe.outputs.overlay else 0)
+        return labels, footage.walk
 
 
 def annotate_video(
@@ -153,6 +93,7 @@ def annotate_video(
     *,
     threads: int = 1,
     overwrite: bool = False,
+    cache: bool = True,
     on_progress: OnProgress | None = None,
 ) -> VideoReport:
     """Propagate the labels of one video and write its outputs to ``output / job.id``.
@@ -169,8 +110,12 @@ def annotate_video(
         Tracks to follow at a time; results do not depend on it.
     overwrite : bool
         Replace outputs that are already there.
+    cache : bool
+        Whether to keep what the tracker says in ``output / ".cache" / job.id``, and to use what
+        an earlier run has kept there. Results do not depend on it.
     on_progress : callable, optional
-        Called after each frame with the number done and the number the header promises, if any.
+        Called after each frame that is walked through with how many were, and how many will be,
+        forward, backward and in writing; None as long as nobody knows.
 
     Returns
     -------
@@ -184,39 +129,33 @@ def annotate_video(
     OutputError
         If the outputs are already there, or cannot be written.
     """
-    recipe = recipe or Recipe()
-    watch = _Stopwatch()
-    target = Path(output) / job.id
-    with staged_folder(target, replaceable=_OUTPUTS if overwrite else None) as folder:
-        with watch.stage("open"):
-            source = open_video(job.path, incomplete=recipe.decoding.incomplete)
-        with source, ExitStack() as stack:
-            info = source.info
-            with watch.stage("hash"):
-                sha256 = fingerprint(job.path)
-            tracker = partial(SitupTracker, recipe.tracker)
-            labelled = propagate(watch.decoding(source), job.tracks, tracker, threads)
-            sinks = _open_sinks(folder, job, recipe, info, sha256, stack)
-
-            def on_frame(done: int) -> None:
-                if on_progress is not None:
-                    on_progress(done, info.frame_count_from_header)
-
-            tracks = _write_all(labelled, sinks, job.tracks, watch, on_frame)
-            with watch.stage("finish"):
-                stack.close()
+    recipe, output = recipe or Recipe(), Path(output)
+    watch, progress = Stopwatch(), FrameProgress(on_progress)
+    replaceable = OUTPUTS | {_SUMMARY} if overwrite else None
+    with staged_folder(output / job.id, replaceable=replaceable) as folder:
+        with watch.stage("hash"):
+            sha256 = fingerprint(job.path)
+        place = output / CACHE_FOLDER / job.id if cache else None
+        kept = VideoCache(place, sha256, recipe.tracker, versions())
+        labels, walk = _propagate(job, recipe, kept, watch, progress, threads)
+        written = write_labels(
+            folder, job, recipe, labels, walk, sha256=sha256, watch=watch, progress=progress
+        )
         report = VideoReport(
             id=job.id,
-            video=info,
+            video=walk.info,
             sha256=sha256,
-            frames=source.frames_decoded,
-            tracks=tracks,
-            skipped=labelled.skipped,
-            findings=source.findings,
-            outputs=(*sorted(sinks), _SUMMARY),
+            frames=labels.frame_count,
+            tracks=written.tracks,
+            skipped=labels.skipped,
+            findings=walk.findings,
+            outputs=(*written.outputs, _SUMMARY),
+            cache=CacheUse(len(kept.passes.used), kept.passes.reused),
             seconds=watch.finish(),
         )
         details = {"recipe": recipe.as_dict(), "versions": versions()}
         summary_json = json.dumps({**report.as_dict(), **details}, indent=2, ensure_ascii=False)
         write_whole(folder / _SUMMARY, summary_json + "\n")
+    kept.drop_unused()
+    progress.finish()
     return report

@@ -18,9 +18,9 @@ class BatchProgress:
     videos_done, videos : int
         Finished or failed, and all.
     frames_done : int
-        Annotated so far.
+        Walked through so far: forward, backward, and once more for the overlay.
     frames_expected : int
-        Estimate of all frames, from headers and from the videos already done.
+        Estimate of all of them, from headers and from the videos already done.
     """
 
     videos_done: int
@@ -39,7 +39,7 @@ class FrameCounters:
         self._shared = RawArray("q", max(2 * jobs, 1))
 
     def report(self, index: int, done: int, promised: int | None) -> None:
-        """Note the frames done of a job and what its header promises; called by its worker."""
+        """Note the frames done of a job and how many are expected; called by its worker."""
         self._shared[2 * index] = done
         self._shared[2 * index + 1] = promised or 0
 

@@ -53,8 +53,10 @@ def done(clip, tmp_path_factory):
 def test_all_outputs_are_there_and_nothing_else(done):
     report, folder = done
     assert sorted(path.name for path in folder.iterdir()) == sorted(report.outputs)
-    assert set(report.outputs) == {"mot.csv", "annotations.mcap", "overlay.mp4", "summary.json"}
-    assert [path.name for path in folder.parent.iterdir()] == ["patch"]
+    assert set(report.outputs) == {
+        "mot.csv", "annotations.mcap", "overlay.mp4", "review.csv", "summary.json",
+    }  # fmt: skip
+    assert sorted(path.name for path in folder.parent.iterdir()) == [".cache", "patch"]
 
 
 def test_boxes_follow_the_patch(done):
@@ -108,7 +110,7 @@ def test_the_mcap_carries_a_manifest_that_runs_again(done, clip, tmp_path):
 
 def test_recipe_chooses_the_outputs(clip, tmp_path):
     report = annotate_video(job_of(clip), tmp_path, load_recipe("csv_only"))
-    assert report.outputs == ("mot.csv", "summary.json")
+    assert report.outputs == ("mot.csv", "review.csv", "summary.json")
     assert sorted(path.name for path in (tmp_path / "patch").iterdir()) == [*report.outputs]
 
 

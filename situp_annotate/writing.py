@@ -1,0 +1,192 @@
+"""Write the labels of one video to every file that a recipe asks for."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from situp_annotate.errors import VideoError
+from situp_annotate.formats.manifest import dump_manifest
+from situp_annotate.formats.mcap_log import McapSink
+from situp_annotate.formats.mot import MotSink
+from situp_annotate.formats.overlay import OverlaySink
+from situp_annotate.formats.review import review_csv
+from situp_annotate.formats.sinks import Sink
+from situp_annotate.formats.staging import write_whole
+from situp_annotate.outcomes import TrackSummary
+from situp_annotate.propagation import Labels, suggest
+from situp_annotate.recipe import Recipe
+from situp_annotate.stages import FrameProgress, Stopwatch
+from situp_annotate.types import Frame, TrackPoint, VideoInfo, VideoJob
+from situp_annotate.video import ForwardWalk, open_video
+
+__all__ = ["OUTPUTS", "Written", "write_labels"]
+
+_MOT = "mot.csv"
+_MCAP = "annotations.mcap"
+_OVERLAY = "overlay.mp4"
+_REVIEW = "review.csv"
+
+OUTPUTS = frozenset({_MOT, _MCAP, _OVERLAY, _REVIEW})
+"""Names of all files that may be written."""
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What was written.
+
+    Attributes
+    ----------
+    outputs : tuple of str
+        Names of the files.
+    tracks : tuple of TrackSummary
+        What became of each track, by id.
+    """
+
+    outputs: tuple[str, ...]
+    tracks: tuple[TrackSummary, ...]
+
+
+def _provenance(job: VideoJob, recipe: Recipe, info: VideoInfo, sha256: str) -> dict[str, str]:
+    """Where a log comes from: the content of its metadata record."""
+    return {
+        "tool": "situp-annotate",
+        "version": version("situp-annotate"),
+        "source": job.path.name,
+        "source_sha256": sha256,
+        "frame_rate": str(info.frame_rate),
+        "rotation_degrees": str(info.rotation_degrees),
+        "manifest_sha256": job.manifest_sha256 or "",
+        "recipe_sha256": recipe.sha256,
+        "mot_pixel_origin": str(recipe.mot.pixel_origin),
+    }
+
+
+def _open_sinks(
+    folder: Path, job: VideoJob, recipe: Recipe, info: VideoInfo, sha256: str, stack: ExitStack
+) -> dict[str, Sink]:
+    """Start every output that the recipe asks for, by file name.
+
+    The stack finishes them in reverse: the CSV is complete before the MCAP attaches it.
+    """
+    sinks: dict[str, Sink] = {}
+    if recipe.outputs.mcap:
+        manifest = dump_manifest([job], job.path.parent).encode()
+        attachments: dict[str, Path | bytes] = {"manifest.json": manifest}
+        if recipe.outputs.mot:
+            attachments[_MOT] = folder / _MOT
+        log = McapSink(
+            folder / _MCAP,
+            info=info,
+            tracks=job.tracks,
+            metadata=_provenance(job, recipe, info, sha256),
+            attachments=attachments,
+        )
+        sinks[_MCAP] = stack.enter_context(log)
+    if recipe.outputs.overlay:
+        overlay = OverlaySink(
+            folder / _OVERLAY, info=info, tracks=job.tracks, options=recipe.overlay
+        )
+        sinks[_OVERLAY] = stack.enter_context(overlay)
+    if recipe.outputs.mot:
+        csv = MotSink(folder / _MOT, pixel_origin=recipe.mot.pixel_origin, states=recipe.mot.states)
+        sinks[_MOT] = stack.enter_context(csv)
+    return sinks
+
+
+def _frames(
+    job: VideoJob, recipe: Recipe, walk: ForwardWalk, watch: Stopwatch, progress: FrameProgress
+) -> Iterator[Frame]:
+    """The frames to write; the video is decoded again only if its pictures are to be seen."""
+    if not recipe.outputs.overlay:
+        yield from walk.frames()
+        return
+    with watch.stage("open"):
+        source = open_video(job.path, incomplete=recipe.decoding.incomplete)
+    with source:
+        for frame in watch.timed("decode", source):
+            yield frame
+            progress.step()
+
+
+def _labelled(
+    frames: Iterator[Frame], labels: Labels, path: Path
+) -> Iterator[tuple[Frame, tuple[TrackPoint, ...]]]:
+    """Frames with their labels."""
+    for points in labels:
+        frame = next(frames, None)
+        if frame is None:
+            raise VideoError(
+                f"{path}: reading it again gave fewer than the {labels.frame_count} frames that "
+                "there were; do not change a video while it is annotated."
+            )
+        yield frame, points
+    next(frames, None)  # so that the source goes over its end, too
+
+
+def _summaries(job: VideoJob, labels: Labels, size_hw: tuple[int, int]) -> dict[int, TrackSummary]:
+    """What is known of each track before its boxes are counted, by id."""
+    reviews = {of_track.track.id: suggest(of_track, size_hw) for of_track in labels.tracks}
+    return {
+        track.id: TrackSummary(track.id, track.label, track.attributes, review=reviews[track.id])
+        for track in sorted(job.tracks, key=lambda track: track.id)
+    }
+
+
+def _write_review(path: Path, tracks: Sequence[TrackSummary], walk: ForwardWalk) -> None:
+    suggestions = [each for track in tracks for each in track.review]
+    labels = {track.id: track.label for track in tracks}
+    write_whole(path, review_csv(suggestions, labels, walk.times_ns))
+
+
+def write_labels(
+    folder: Path,
+    job: VideoJob,
+    recipe: Recipe,
+    labels: Labels,
+    walk: ForwardWalk,
+    *,
+    sha256: str,
+    watch: Stopwatch,
+    progress: FrameProgress,
+) -> Written:
+    """Write all outputs of a video except the summary.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to; empty.
+    job, recipe : VideoJob, Recipe
+        What was to be done.
+    labels : Labels
+        What propagation has made of it.
+    walk : ForwardWalk
+        Through the same video.
+    sha256 : str
+        Hash of the video.
+    watch, progress : Stopwatch, FrameProgress
+        Take note.
+
+    Raises
+    ------
+    VideoError
+        If the video has to be decoded again and that fails.
+    """
+    with watch.stage("review"):
+        summaries = _summaries(job, labels, (walk.info.height, walk.info.width))
+    with ExitStack() as stack:
+        sinks = _open_sinks(folder, job, recipe, walk.info, sha256, stack)
+        frames = _frames(job, recipe, walk, watch, progress)
+        for frame, points in _labelled(frames, labels, job.path):
+            for name, sink in sinks.items():
+                with watch.stage(name):
+                    sink.write(frame, points)
+            for point in points:
+                summary = summaries[point.track_id]
+                summaries[point.track_id] = summary.with_point(frame.index, point)
+        with watch.stage("finish"):
+            stack.close()
+    tracks = tuple(summaries.values())
+    _write_review(folder / _REVIEW, tracks, walk)
+    return Written((*sorted([*sinks, _REVIEW]),), tracks)
