@@ -32,7 +32,7 @@ from tqdm import tqdm
 
 from situp_annotate.compiling import compile_kernels
 from situp_annotate.evaluation import OtbSequence, OtbTarget, evaluate_one_pass, find_sequences
-from situp_annotate.propagation import propagate
+from situp_annotate.propagation import FramesInMemory, propagate
 from situp_annotate.tracking import SitupTracker, TrackerParams, tracker, window
 from situp_annotate.tracking.correlation import CorrelationFilter, Model, respond
 from situp_annotate.tracking.features import add_colors
@@ -257,10 +257,9 @@ def tracks_of(box: BoundingBox, count: int) -> list[Track]:
 def seconds_of(images: list[Image], tracks: list[Track], cores: int) -> float:
     """Seconds to follow tracks through decoded frames on a number of cores."""
     os.sched_setaffinity(0, {core(number) for number in range(cores)})
-    frames = (Frame(index, 0, image) for index, image in enumerate(images))
+    footage = FramesInMemory([Frame(index, 0, image) for index, image in enumerate(images)])
     start = time.perf_counter()
-    for _ in propagate(frames, tracks, SitupTracker, cores):
-        pass
+    propagate(footage, tracks, threads=cores)
     elapsed = time.perf_counter() - start
     os.sched_setaffinity(0, _CORES)
     return elapsed
