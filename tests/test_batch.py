@@ -73,9 +73,9 @@ def test_one_bad_video_never_costs_another(damaged, tmp_path):
     assert outcomes["good"].frames == outcomes["av1"].frames == 12
     assert report.exit_code == 1
     left = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert left == ["av1", "batch.json", "good"]
+    assert left == [".cache", "av1", "batch.json", "good"]
     for name in ("av1", "good"):
-        assert len(list((tmp_path / "out" / name).iterdir())) == 4
+        assert len(list((tmp_path / "out" / name).iterdir())) == 5
 
 
 def test_batch_json_tells_all(damaged, tmp_path):
@@ -134,16 +134,16 @@ def test_a_video_that_crashes_its_process_is_one_outcome(clips, tmp_path):
     script.write_text(
         "import os, signal\n"
         "from pathlib import Path\n"
-        "import situp_annotate.pipeline as pipeline\n"
+        "import situp_annotate.video.footage as footage\n"
         "import situp_annotate.batch as batch\n"
         "from situp_annotate.recipe import load_recipe\n"
         "from tests_jobs import JOBS\n"
-        "real = pipeline.open_video\n"
+        "real = footage.open_video\n"
         "def deadly(path, **options):\n"
         "    if path.stem == 'b':\n"
         "        os.kill(os.getpid(), signal.SIGSEGV)\n"
         "    return real(path, **options)\n"
-        "pipeline.open_video = deadly\n"
+        "footage.open_video = deadly\n"
         "if __name__ == '__main__':\n"
         f"    out, recipe = {str(tmp_path / 'out')!r}, load_recipe('csv_only')\n"
         "    report = batch.annotate_batch(JOBS, out, recipe)\n"
@@ -155,7 +155,8 @@ def test_a_video_that_crashes_its_process_is_one_outcome(clips, tmp_path):
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[('a', 'ok'), ('b', 'crashed'), ('c', 'ok')]"
     assert "SIGSEGV" in (tmp_path / "out" / "batch.json").read_text()
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["a", "batch.json", "c"]
+    left = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert left == [".cache", "a", "batch.json", "c"]
 
 
 def run_command(*arguments, **options):
@@ -176,7 +177,8 @@ def test_command_ends_with_a_table_and_its_exit_code(damaged, tmp_path):
     assert done.returncode == 1, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0].split() == [
-        "video", "status", "frames", "frames/s", "tracks", "boxes", "confidence", "notes",
+        "video", "status", "frames", "frames/s", "tracks", "boxes", "lost", "confidence",
+        "review", "notes",
     ]  # fmt: skip
     assert lines[1].split()[:3] == ["good", "ok", "12"]
     assert "failed: incomplete" in lines[2]
@@ -230,7 +232,7 @@ def test_interrupt_keeps_what_is_complete_and_leaves_no_process(tmp_path):
         _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130, stderr
     assert b"Interrupted: the videos that were complete are in" in stderr
-    assert sorted(path.name for path in output.iterdir()) == ["batch.json", "short"]
+    assert sorted(path.name for path in output.iterdir()) == [".cache", "batch.json", "short"]
     written = json.loads((output / "batch.json").read_text())
     assert written["interrupted"]
     assert [video["id"] for video in written["videos"]] == ["short"]

@@ -9,7 +9,10 @@ if TYPE_CHECKING:
 
 __all__ = ["summary_lines", "table_lines"]
 
-_HEADER = ("video", "status", "frames", "frames/s", "tracks", "boxes", "confidence", "notes")
+_HEADER = (
+    *("video", "status", "frames", "frames/s", "tracks"),
+    *("boxes", "lost", "confidence", "review", "notes"),
+)
 _LEFT_ALIGNED = 2
 
 
@@ -17,17 +20,21 @@ def _row(outcome: "Outcome") -> tuple[str, ...]:
     from situp_annotate.outcomes import VideoFailure
 
     if isinstance(outcome, VideoFailure):
-        return (outcome.id, f"failed: {outcome.kind}", *["–"] * 5, "1")
-    tracked = sum(track.tracked_boxes for track in outcome.tracks)
-    sums = sum((track.mean_confidence or 0) * track.tracked_boxes for track in outcome.tracks)
+        return (outcome.id, f"failed: {outcome.kind}", *["–"] * 7, "1")
+    tracks = outcome.tracks
+    guessed = sum(track.propagated_boxes for track in tracks)
+    sums = sum((track.mean_confidence or 0) * track.propagated_boxes for track in tracks)
+    lost = sum(track.lost_frames for track in tracks)
     return (
         outcome.id,
         "ok",
         str(outcome.frames),
         f"{outcome.frames / outcome.seconds['total']:.1f}",
-        str(len(outcome.tracks)),
-        str(tracked + sum(track.human_boxes for track in outcome.tracks)),
-        f"{sums / tracked:.2f}" if tracked else "–",
+        str(len(tracks)),
+        str(guessed + sum(track.human_boxes for track in tracks) - lost),
+        str(lost),
+        f"{sums / guessed:.2f}" if guessed else "–",
+        str(sum(len(track.review) for track in tracks)),
         str(len(_notes(outcome)) or "–"),
     )
 
@@ -39,6 +46,26 @@ def _notes(outcome: "Outcome") -> list[str]:
         return [outcome.message]
     remarks = [finding.message for finding in outcome.findings]
     return remarks + [skip.reason for skip in outcome.skipped]
+
+
+def _first_to_review(report: "BatchReport") -> list[str]:
+    """One line that names the frame where a box helps most; none if nothing is left to gain."""
+    from situp_annotate.outcomes import VideoReport
+
+    found = [
+        (suggestion, outcome.id)
+        for outcome in report.outcomes
+        if isinstance(outcome, VideoReport)
+        for track in outcome.tracks
+        for suggestion in track.review
+    ]
+    if not found:
+        return []
+    best, video_id = max(found, key=lambda pair: pair[0].gain)
+    return [
+        f"Review first: {video_id}, track {best.track_id}, frame {best.frame} ({best.reason}, "
+        f"+{best.gain:.0f} frames)"
+    ]
 
 
 def table_lines(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -58,6 +85,7 @@ def summary_lines(report: "BatchReport", output: Path) -> list[str]:
     lines = table_lines([_HEADER, *map(_row, report.outcomes)])
     for outcome in report.outcomes:
         lines += [f"  {outcome.id}: {note}" for note in _notes(outcome)]
+    lines += _first_to_review(report)
     good = len(report.outcomes) - len(report.failures)
     lines.append(
         f"{good} of {len(report.outcomes)} videos annotated in {report.elapsed_s:.1f} s; "

@@ -73,6 +73,11 @@ def _progress_bar(videos: int) -> "Iterator[Callable[[BatchProgress], None]]":
 )
 @click.option("--overwrite", is_flag=True, help="Replace outputs that are already there.")
 @click.option(
+    "--no-cache",
+    is_flag=True,
+    help="Track everything anew, and keep nothing for the next run. Labels do not depend on it.",
+)
+@click.option(
     "--allow-outside",
     is_flag=True,
     help="Accept videos outside the manifest's folder: absolute paths, '..', symbolic links.",
@@ -85,13 +90,17 @@ def run(
     workers: int | None,
     executor: str,
     overwrite: bool,
+    no_cache: bool,
     allow_outside: bool,
 ) -> None:
     """Propagate the boxes of MANIFEST through its videos and write the results.
 
-    Each video gets a folder in the output folder, with mot.csv, annotations.mcap, overlay.mp4
-    and summary.json; batch.json tells what became of all of them. A video that fails leaves no
-    folder and does not stop the others.
+    Each video gets a folder in the output folder, with mot.csv, annotations.mcap, overlay.mp4,
+    review.csv and summary.json; batch.json tells what became of all of them. A video that fails
+    leaves no folder and does not stop the others.
+
+    After a correction of MANIFEST, run it again with --overwrite: what the tracker said is kept
+    in .cache in the output folder, and only what has changed is tracked anew.
 
     \b
       situp-annotate run clips/manifest.json --output out
@@ -121,6 +130,7 @@ def run(
                 workers=workers,
                 executor="serial" if executor == "serial" else "process",
                 overwrite=overwrite,
+                cache=not no_cache,
                 on_progress=show,
             )
     except KeyboardInterrupt:
