@@ -12,23 +12,52 @@ if TYPE_CHECKING:
     from situp_annotate.batch import annotate_batch
     from situp_annotate.formats.manifest import load_manifest
     from situp_annotate.pipeline import annotate_video
-    from situp_annotate.propagation import propagate
+    from situp_annotate.propagation import (
+        FramesInMemory,
+        Labels,
+        PropagationOptions,
+        Suggestion,
+        TrackLabels,
+        propagate,
+        suggest,
+    )
     from situp_annotate.recipe import Recipe, load_recipe
     from situp_annotate.tracking import SitupTracker, TrackerParams
-    from situp_annotate.types import BoundingBox, Frame, Keyframe, Track, TrackPoint, VideoJob
-    from situp_annotate.video import open_video
+    from situp_annotate.types import (
+        BoundingBox,
+        Extend,
+        Frame,
+        Keyframe,
+        Method,
+        Provenance,
+        State,
+        Track,
+        TrackPoint,
+        VideoJob,
+    )
+    from situp_annotate.video import VideoFootage, open_video
 
 __version__ = "0.1.0"
 
 _HOMES = {
     "BoundingBox": "types",
+    "Extend": "types",
     "Frame": "types",
+    "FramesInMemory": "propagation",
     "Keyframe": "types",
+    "Labels": "propagation",
+    "Method": "types",
+    "PropagationOptions": "propagation",
+    "Provenance": "types",
     "Recipe": "recipe",
     "SitupTracker": "tracking",
+    "State": "types",
+    "Suggestion": "propagation",
     "Track": "types",
+    "TrackLabels": "propagation",
     "TrackPoint": "types",
     "TrackerParams": "tracking",
+    "VideoFootage": "video",
     "VideoJob": "types",
     "annotate_batch": "batch",
     "annotate_video": "pipeline",
@@ -36,17 +65,28 @@ _HOMES = {
     "load_recipe": "recipe",
     "open_video": "video",
     "propagate": "propagation",
+    "suggest": "propagation",
 }
 
 __all__ = [
     "BoundingBox",
+    "Extend",
     "Frame",
+    "FramesInMemory",
     "Keyframe",
+    "Labels",
+    "Method",
+    "PropagationOptions",
+    "Provenance",
     "Recipe",
     "SitupTracker",
+    "State",
+    "Suggestion",
     "Track",
+    "TrackLabels",
     "TrackPoint",
     "TrackerParams",
+    "VideoFootage",
     "VideoJob",
     "annotate_batch",
     "annotate_video",
@@ -54,6 +94,7 @@ __all__ = [
     "load_recipe",
     "open_video",
     "propagate",
+    "suggest",
 ]
 
 

@@ -62,10 +62,8 @@ def _first_to_review(report: "BatchReport") -> list[str]:
     if not found:
         return []
     best, video_id = max(found, key=lambda pair: pair[0].gain)
-    return [
-        f"Review first: {video_id}, track {best.track_id}, frame {best.frame} ({best.reason}, "
-        f"+{best.gain:.0f} frames)"
-    ]
+    place = f"{video_id}, track {best.track_id}, frame {best.frame}"
+    return [f"Review first: {place} ({best.reason}, +{best.gain:.0f} frames)"]
 
 
 def table_lines(rows: Sequence[Sequence[str]]) -> list[str]:

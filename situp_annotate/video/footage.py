@@ -79,7 +79,7 @@ class VideoFootage:
         path: Path,
         *,
         incomplete: Literal["fail", "keep"] = "fail",
-        budget_bytes: int,
+        budget_bytes: int = 256 * 2**20,
         walk: ForwardWalk | None = None,
     ) -> None:
         self._path = path
