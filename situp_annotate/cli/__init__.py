@@ -4,6 +4,7 @@ import click
 
 from situp_annotate.cli._group import SitupGroup
 from situp_annotate.cli.check import check
+from situp_annotate.cli.effort import effort
 from situp_annotate.cli.init import init
 from situp_annotate.cli.run import run
 from situp_annotate.cli.schema import schema
@@ -37,7 +38,7 @@ def cli() -> None:
 
 
 # In the order of work, which is the order of the help.
-for _command in (init, check, run, thin, schema):
+for _command in (init, check, run, thin, effort, schema):
     cli.add_command(_command)
 
 

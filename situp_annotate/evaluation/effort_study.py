@@ -1,0 +1,272 @@
+"""The simulated annotator over all targets and methods, in processes, one a target; resumable."""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from functools import cache
+from multiprocessing import get_context
+from pathlib import Path
+
+import cv2
+from pydantic import TypeAdapter, ValidationError
+
+import situp_annotate
+from situp_annotate.compiling import compile_kernels
+from situp_annotate.evaluation.contenders import CONTENDERS, Contender
+from situp_annotate.evaluation.datasets import OtbSequence, OtbTarget
+from situp_annotate.evaluation.effort import (
+    MOST_BOXES,
+    Observer,
+    Simulation,
+    Subject,
+    prepare,
+    simulate,
+)
+from situp_annotate.evaluation.jitter import jitter
+from situp_annotate.evaluation.picks import PICKS, Situation
+from situp_annotate.evaluation.prefixes import PrefixCache
+from situp_annotate.evaluation.samples import SampleCollector, Samples
+from situp_annotate.evaluation.track_quality import TrackQuality, judge_track
+from situp_annotate.formats.staging import write_whole
+from situp_annotate.propagation import PassCache
+from situp_annotate.video import open_video
+from situp_annotate.video.image_folder import list_images
+
+__all__ = ["JITTERED", "MethodResult", "Settings", "TargetResult", "load_samples", "run_study"]
+
+JITTERED = "_jittered"
+"""Ends the names of runs in which the person draws near the truth, but not on it."""
+
+_OURS = "both"
+
+_SIMULATING = (
+    *("contenders", "effort", "jitter", "metrics", "mil", "picks", "prefixes", "samples"),
+    "track_quality",
+)
+"""Modules beside this one that shape figures."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What is simulated.
+
+    Attributes
+    ----------
+    methods : tuple of str
+        Names in ``CONTENDERS``.
+    most_boxes : int
+        Boxes after which the person gives up on a target.
+    """
+
+    methods: tuple[str, ...] = tuple(CONTENDERS)
+    most_boxes: int = MOST_BOXES
+
+
+@dataclass(frozen=True, slots=True)
+class MethodResult:
+    """One method on one target.
+
+    Attributes
+    ----------
+    key : str
+        Hash of everything that the figures depend on.
+    runs : dict of str to Simulation
+        ``"worst"`` and ``"suggested"``, and both with ``"_jittered"``; a method whose budget is
+        limited has ``"worst"`` only.
+    quality : TrackQuality or None
+        Of the track of ``both`` at the end of ``"worst"``.
+    """
+
+    key: str
+    runs: dict[str, Simulation]
+    quality: TrackQuality | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TargetResult:
+    """All methods on one target, by name."""
+
+    name: str
+    frames: int
+    methods: dict[str, MethodResult]
+
+
+_PART: TypeAdapter[MethodResult] = TypeAdapter(MethodResult)
+
+
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """What a worker is given: one target."""
+
+    folder: Path
+    target: OtbTarget
+    settings: Settings
+    parts: Path
+
+    def part(self, method: str) -> Path:
+        return self.parts / f"{self.target.name}.{method}.json"
+
+    @property
+    def samples(self) -> Path:
+        return _samples_path(self.parts, self.target.name)
+
+    def key(self, method: str) -> str:
+        images = [(path.name, path.stat().st_size) for path in list_images(self.folder)]
+        state = [situp_annotate.__version__, _code_digest(), method, self.settings.most_boxes]
+        text = json.dumps([*state, images, self.target.truth.tolist()])
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _samples_path(parts: Path, target: str) -> Path:
+    return parts / f"{target}.samples.npz"
+
+
+@cache
+def _code_digest() -> str:
+    """Hash of the modules and tables that figures depend on; versions change less often."""
+    package = Path(situp_annotate.__file__).parent
+    folders = [package / name for name in ("propagation", "tracking")]
+    paths = [p for folder in folders for p in sorted(folder.iterdir()) if p.is_file()]
+    paths += [package / "evaluation" / f"{name}.py" for name in _SIMULATING]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
+
+
+def run_study(
+    sequences: Sequence[OtbSequence],
+    parts: Path,
+    settings: Settings | None = None,
+    *,
+    workers: int = 1,
+    on_target: Callable[[TargetResult], None] | None = None,
+) -> list[TargetResult]:
+    """Simulate every method on every target.
+
+    Parameters
+    ----------
+    sequences : sequence of OtbSequence
+        Where the targets are.
+    parts : Path
+        Folder that gets a file for each target and method, and the samples for calibration of
+        each target; made if need be. What it has already is not simulated again.
+    settings : Settings, optional
+        What is simulated.
+    workers : int
+        Processes; 1 simulates in this one.
+    on_target : callable, optional
+        Called with each target's result as soon as it is there.
+
+    Returns
+    -------
+    list of TargetResult
+        In the order of the sequences and their targets.
+    """
+    parts.mkdir(parents=True, exist_ok=True)
+    tasks = [
+        _Task(sequence.folder, target, settings or Settings(), parts)
+        for sequence in sequences
+        for target in sequence.targets
+    ]
+    results: dict[str, TargetResult] = {}
+    for result in _carry_out(tasks, workers):
+        results[result.name] = result
+        if on_target is not None:
+            on_target(result)
+    return [results[task.target.name] for task in tasks]
+
+
+def _carry_out(tasks: Sequence[_Task], workers: int) -> Iterator[TargetResult]:
+    if workers == 1:
+        yield from map(_simulate_target, tasks)
+        return
+    compile_kernels()
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), cv2.setNumThreads, (1,))
+    try:
+        # The longest first, so that no worker is left alone with one at the end.
+        ordered = sorted(tasks, key=lambda task: -len(task.target.truth))
+        for future in as_completed([pool.submit(_simulate_target, task) for task in ordered]):
+            yield future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _simulate_target(task: _Task) -> TargetResult:
+    """Simulate what is not there yet; what a worker does."""
+    found = {method: _read_part(task, method) for method in task.settings.methods}
+    missing = [method for method, result in found.items() if result is None]
+    if missing:
+        with open_video(task.folder) as frames:
+            subject = prepare(task.target, frames)
+        shared = PrefixCache()  # forward makes passes that both needs too
+        for method in missing:
+            contender = CONTENDERS[method]
+            cache = shared if contender.most_boxes is None else PrefixCache()
+            found[method] = _simulate_method(task, method, subject, cache)
+    methods = {method: result for method, result in found.items() if result is not None}
+    frames_done = next(iter(methods.values())).runs["worst"].frames
+    return TargetResult(task.target.name, frames_done, methods)
+
+
+def _read_part(task: _Task, method: str) -> MethodResult | None:
+    """A result that is there, if it still holds."""
+    path = task.part(method)
+    if not path.exists() or (method == _OURS and not task.samples.exists()):
+        return None
+    try:
+        result = _PART.validate_json(path.read_bytes())
+    except ValidationError:
+        return None
+    return result if result.key == task.key(method) else None
+
+
+def _simulate_method(task: _Task, method: str, subject: Subject, cache: PassCache) -> MethodResult:
+    contender, ours = CONTENDERS[method], method == _OURS
+    collectors = {pick: SampleCollector(subject, pick) for pick in PICKS}
+    last: dict[str, Situation] = {}
+
+    def observer(pick: str) -> Observer:
+        def observe(situation: Situation) -> None:
+            collectors[pick](situation)
+            last[pick] = situation
+
+        return observe
+
+    runs: dict[str, Simulation] = {}
+    for pick in _picks(contender):
+        observe = observer(pick) if ours else None
+        runs |= _run(task, subject, contender, pick, cache, observe)
+    quality = judge_track(last["worst"]) if ours else None
+    if ours:
+        Samples.joined([each.samples() for each in collectors.values()]).save(task.samples)
+    result = MethodResult(task.key(method), runs, quality)
+    write_whole(task.part(method), _PART.dump_json(result, indent=2).decode() + "\n")
+    return result
+
+
+def _picks(contender: Contender) -> tuple[str, ...]:
+    return tuple(PICKS) if contender.most_boxes is None else ("worst",)
+
+
+def _run(
+    task: _Task,
+    subject: Subject,
+    contender: Contender,
+    pick: str,
+    cache: PassCache,
+    observe: Observer | None,
+) -> dict[str, Simulation]:
+    """Exact corrections, and jittered ones unless the method's budget is limited."""
+    most = task.settings.most_boxes
+    exact = simulate(subject, contender, PICKS[pick], most_boxes=most, cache=cache, observe=observe)
+    if contender.most_boxes is not None:
+        return {pick: exact}
+    near = jitter(subject.truth, subject.name)
+    jittered = simulate(subject, contender, PICKS[pick], hand=near, most_boxes=most, cache=cache)
+    return {pick: exact, pick + JITTERED: jittered}
+
+
+def load_samples(parts: Path, targets: Sequence[str]) -> Samples:
+    """Samples that :func:`run_study` left for these targets; none of those without."""
+    paths = [_samples_path(parts, target) for target in targets]
+    return Samples.joined([Samples.load(path) for path in paths if path.exists()])
