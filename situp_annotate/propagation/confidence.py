@@ -6,7 +6,7 @@ A logistic model of what is known of a box. Its coefficients are fitted by
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from importlib import resources
@@ -46,8 +46,9 @@ class Evidence:
         Index of the :class:`Kind`.
     peak : ndarray
         Height of the response's peak of the pass that is trusted; the mean if both are; 0 without.
-    sharpness : ndarray
-        APCE over its median in the first frames of the pass, at most 2; 0 without.
+    weakest : ndarray
+        The lowest peak on the way from the keyframe, each the median of five; 0 without. After a
+        moment in which the target was hardly seen, the tracker may follow something else.
     agreement : ndarray
         Overlap of both passes, in [0, 1]; 0 without a second one.
     met : ndarray
@@ -60,31 +61,33 @@ class Evidence:
 
     kind: npt.NDArray[np.int64]
     peak: Array
-    sharpness: Array
+    weakest: Array
     agreement: Array
     met: Array
     distance: Array
     drift: Array
 
 
-_MEASURES = tuple(field.name for field in fields(Evidence) if field.name != "kind")
+_MEASURES = ("peak", "weakest", "met", "distance", "drift")
 
 
 def feature_names() -> tuple[str, ...]:
     """Names of the columns of :func:`design_matrix`: a constant for each kind, then measures.
 
-    The distance counts apart for boxes that no tracker found, since only they go astray with
-    distance alone.
+    How well the passes agree counts only where both are trusted. The distance counts apart for
+    boxes that no tracker found, since only they go astray with distance alone.
     """
-    return (*Kind, *_MEASURES, "distance_untracked")
+    return (*Kind, *_MEASURES, "agreement", "distance_untracked")
 
 
 def design_matrix(evidence: Evidence) -> Array:
     """The evidence as the logistic model takes it, (n, features)."""
     kinds = np.eye(len(Kind))[evidence.kind]
-    untracked = kinds[:, [list(Kind).index(k) for k in (Kind.BRIDGED, Kind.INTERPOLATED)]].sum(1)
+    of = {kind: kinds[:, column] for column, kind in enumerate(Kind)}
     measures = [getattr(evidence, name) for name in _MEASURES]
-    return np.column_stack([kinds, *measures, untracked * evidence.distance])
+    agreed = of[Kind.AGREED] * (evidence.agreement - 1)
+    untracked = (of[Kind.BRIDGED] + of[Kind.INTERPOLATED]) * evidence.distance
+    return np.column_stack([kinds, *measures, agreed, untracked])
 
 
 @cache

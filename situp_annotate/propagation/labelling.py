@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import median_filter
 
 from situp_annotate.propagation.confidence import Evidence, Kind, probability
 from situp_annotate.propagation.fusion import fuse, overlaps
@@ -19,8 +20,7 @@ Array = npt.NDArray[np.float64]
 Codes = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
-_USUAL = 25
-_SHARPEST = 2.0
+_SMOOTH = 5
 _KINDS = list(Kind)
 _KIND_OF_TRUST = np.array(
     [_KINDS.index(k) for k in (Kind.AGREED, Kind.ONE_PASS, Kind.ONE_PASS, Kind.BRIDGED)]
@@ -32,8 +32,8 @@ class _Signals(NamedTuple):
     """What responses say, (n,) each; NaN where there is none."""
 
     apce: Array
-    sharpness: Array
     peak: Array
+    weakest: Array
 
 
 def label_closed(span: Span, forward: Pass, backward: Pass | None, shifts: Array) -> Stretch:
@@ -84,7 +84,7 @@ def label_interpolated(span: Span, boxes: Array) -> Stretch:
     """Label a span whose boxes, (n, 4), were interpolated or held."""
     nothing = np.full(len(boxes), np.nan)
     kinds = _codes(Kind.INTERPOLATED, len(boxes))
-    return _stretch(span, boxes, kinds, _Signals(nothing, nothing, nothing))
+    return _stretch(span, boxes, kinds, _Signals(*[nothing] * 3))
 
 
 def _row(box: BoundingBox | None) -> tuple[float, float, float, float]:
@@ -97,12 +97,14 @@ def _codes(kind: Kind, count: int) -> Codes:
 
 
 def _signals(one: Pass) -> _Signals:
-    """Signals of a pass in the order of time; sharpness is relative to the pass's beginning."""
-    starts_last = np.isnan(one.apce[-1]) and not np.isnan(one.apce[0])
-    beginning = one.apce[-1 - _USUAL : -1] if starts_last else one.apce[1 : 1 + _USUAL]
-    usual = np.median(beginning) if len(beginning) else 0.0
-    sharpness = np.minimum(one.apce / usual, _SHARPEST) if usual > 0 else np.zeros(len(one))
-    return _Signals(one.apce, sharpness, one.peak)
+    """Signals of a pass in the order of time."""
+    came_backward = bool(np.isnan(one.peak[-1]) and not np.isnan(one.peak[0]))
+    tracked = one.peak[::-1] if came_backward else one.peak
+    weakest = np.full(len(tracked), np.nan)
+    weakest[1:] = (
+        np.minimum.accumulate(median_filter(tracked[1:], _SMOOTH)) if len(tracked) > 1 else 0
+    )
+    return _Signals(one.apce, one.peak, weakest[::-1] if came_backward else weakest)
 
 
 def _mean(one: Array, other: Array, use_one: Flags, use_other: Flags) -> Array:
@@ -141,7 +143,7 @@ def _stretch(
     evidence = Evidence(
         kind=kinds,
         peak=np.nan_to_num(signals.peak),
-        sharpness=np.nan_to_num(signals.sharpness),
+        weakest=np.nan_to_num(signals.weakest),
         agreement=nothing if agreement is None else agreement,
         met=nothing if met is None else np.nan_to_num(met),
         distance=np.log1p(distance),
