@@ -49,8 +49,12 @@ class _Files:
         if self._folder is None:
             return None
         try:
-            with np.load(self._folder / name, allow_pickle=False) as file:
-                return {key: file[key] for key in file.files}
+            # Given a path, NumPy would leave open what it cannot read.
+            with (
+                (self._folder / name).open("rb") as file,
+                np.load(file, allow_pickle=False) as arrays,
+            ):
+                return {key: arrays[key] for key in arrays.files}
         except Exception:  # noqa: BLE001 - whatever is wrong with a file, it can be made anew
             return None
 
@@ -67,9 +71,9 @@ class _Files:
     def keep_only(self, names: set[str]) -> None:
         if self._folder is None:
             return
-        with suppress(OSError):
-            for path in self._folder.iterdir():
-                if path.name not in names:
+        for path in self._folder.glob("*"):
+            if path.name not in names:
+                with suppress(OSError):
                     path.unlink()
 
 

@@ -4,44 +4,26 @@ import hashlib
 import json
 
 import av
-import cv2
-import numpy as np
 import pytest
 from mcap.reader import make_reader
 from support.media import truncate, write_video
+from support.patch import STEP, moving, patch_job, write_patch
 
 from situp_annotate.errors import OutputError, VideoIncompleteError
 from situp_annotate.formats.manifest import load_manifest
 from situp_annotate.formats.mot import read_mot
 from situp_annotate.pipeline import annotate_video
 from situp_annotate.recipe import load_recipe
-from situp_annotate.types import BoundingBox, Keyframe, Track, VideoJob
-
-STEP = 2
-"""Pixels that the patch in `moving` goes to the right in each frame."""
-
-
-def moving(count=12, size=(96, 160)):
-    """A textured patch of 24 × 24 pixels that slides over a plain ground."""
-    random = np.random.default_rng(3)
-    patch = cv2.resize(random.integers(0, 256, (6, 6, 3), dtype=np.uint8), (24, 24))
-    for index in range(count):
-        image = np.full((*size, 3), 110, np.uint8)
-        image[40:64, 20 + STEP * index : 44 + STEP * index] = patch
-        yield image
+from situp_annotate.types import BoundingBox
 
 
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory):
-    path = tmp_path_factory.mktemp("clips") / "patch.mp4"
-    return write_video(path, moving(), options={"crf": "12"})
+    return write_patch(tmp_path_factory.mktemp("clips") / "patch.mp4")
 
 
-def job_of(path, *, frame=0, video_id="patch"):
-    box = BoundingBox(20 + STEP * frame, 40, 24, 24)
-    return VideoJob(
-        video_id, path, (Track(1, "patch", (Keyframe(frame, box),), {"colour": "many"}),)
-    )
+def job_of(path, *, frame=0):
+    return patch_job(path, frame)
 
 
 @pytest.fixture(scope="module")
@@ -84,12 +66,14 @@ def test_summary_says_what_was_done(done, clip):
     (track,) = summary["tracks"]
     assert track["attributes"] == {"colour": "many"}
     assert (track["human_boxes"], track["tracked_boxes"]) == (1, 11)
+    assert (track["interpolated_boxes"], track["occluded_frames"], track["lost_frames"]) == (0,) * 3
+    assert isinstance(track["review"], list)
+    assert summary["cache"] == {"passes": 1, "reused": 0}
     assert (track["first_frame"], track["last_frame"]) == (0, 11)
     assert 0 < track["mean_confidence"] <= 1
     assert summary["video"]["frame_rate"] == "30"
-    assert {"decode", "track", "mot.csv", "annotations.mcap", "overlay.mp4", "total"} <= set(
-        summary["seconds"]
-    )
+    assert {"hash", "open", "decode", "track", "review"} <= set(summary["seconds"])
+    assert {"mot.csv", "annotations.mcap", "overlay.mp4", "total"} <= set(summary["seconds"])
     assert summary["recipe"]["tracker"]["learning_rate"] == 0.004
     assert {"python", "situp-annotate", "numpy"} <= set(summary["versions"])
 
