@@ -3,10 +3,9 @@
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import cache
-from multiprocessing import get_context
 from pathlib import Path
 
 import cv2
@@ -29,6 +28,7 @@ from situp_annotate.evaluation.picks import PICKS, Situation
 from situp_annotate.evaluation.prefixes import PrefixCache
 from situp_annotate.evaluation.samples import SampleCollector, Samples
 from situp_annotate.evaluation.track_quality import TrackQuality, judge_track
+from situp_annotate.executors import ProcessExecutor, result_of
 from situp_annotate.formats.staging import write_whole
 from situp_annotate.propagation import PassCache
 from situp_annotate.video import open_video
@@ -138,7 +138,7 @@ def run_study(
     parts: Path,
     settings: Settings | None = None,
     *,
-    workers: int = 1,
+    workers: int | None = None,
     on_target: Callable[[TargetResult], None] | None = None,
 ) -> list[TargetResult]:
     """Simulate every method on every target.
@@ -152,8 +152,9 @@ def run_study(
         each target; made if need be. What it has already is not simulated again.
     settings : Settings, optional
         What is simulated.
-    workers : int
-        Processes; 1 simulates in this one.
+    workers : int, optional
+        Targets at a time, each in a fresh process; by default in this one, one after another, in
+        which ``mil`` repeats itself only for the first.
     on_target : callable, optional
         Called with each target's result as soon as it is there.
 
@@ -161,6 +162,11 @@ def run_study(
     -------
     list of TargetResult
         In the order of the sequences and their targets.
+
+    Raises
+    ------
+    SitupError
+        If a sequence cannot be read, or a worker process dies.
     """
     parts.mkdir(parents=True, exist_ok=True)
     tasks = [
@@ -176,17 +182,17 @@ def run_study(
     return [results[task.target.name] for task in tasks]
 
 
-def _carry_out(tasks: Sequence[_Task], workers: int) -> Iterator[TargetResult]:
-    if workers == 1:
+def _carry_out(tasks: Sequence[_Task], workers: int | None) -> Iterator[TargetResult]:
+    if workers is None:
         yield from map(_simulate_target, tasks)
         return
     compile_kernels()
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), cv2.setNumThreads, (1,))
+    pool = ProcessExecutor(workers, cv2.setNumThreads, (1,))
     try:
         # The longest first, so that no worker is left alone with one at the end.
         ordered = sorted(tasks, key=lambda task: -len(task.target.truth))
         for future in as_completed([pool.submit(_simulate_target, task) for task in ordered]):
-            yield future.result()
+            yield result_of(future)
     finally:
         pool.shutdown(cancel_futures=True)
 

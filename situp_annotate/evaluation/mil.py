@@ -14,8 +14,13 @@ _SEED = 1
 class MilTracker:
     """TrackerMIL with its defaults; where it reports nothing, its box stays where it was.
 
-    It follows the position only. It knows nothing of APCE and of peaks, which are 0. OpenCV's
-    random numbers are seeded anew for each target and picture, so that runs repeat.
+    It follows the position only. It knows nothing of APCE and of peaks, which are 0.
+
+    Notes
+    -----
+    It draws from two sources of random numbers. OpenCV's own is seeded here for each target and
+    picture; the other cannot be reached and goes on from tracker to tracker. What repeats is
+    therefore the work of a whole process, not that of a second tracker in it.
 
     References
     ----------
