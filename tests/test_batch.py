@@ -14,16 +14,16 @@ from support.media import truncate, write_av1, write_empty_video, write_video
 from situp_annotate.batch import annotate_batch
 from situp_annotate.errors import OutputError
 from situp_annotate.formats.manifest import dump_manifest
-from situp_annotate.outcomes import VideoReport
+from situp_annotate.outcomes import CacheUse, VideoReport
 from situp_annotate.recipe import load_recipe
 from situp_annotate.types import BoundingBox, Keyframe, Track, VideoJob
 
 CSV_ONLY = ["--recipe", "csv_only"]
 
 
-def job_of(path, video_id=None):
-    track = Track(1, "thing", (Keyframe(0, BoundingBox(8, 8, 24, 24)),))
-    return VideoJob(video_id or path.stem, path, (track,))
+def job_of(path, *, frames=(0,)):
+    track = Track(1, "thing", tuple(Keyframe(n, BoundingBox(8, 8, 24, 24)) for n in frames))
+    return VideoJob(path.stem, path, (track,))
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_batch_json_tells_all(damaged, tmp_path):
 
 
 def test_results_do_not_depend_on_the_number_of_workers(clips, tmp_path):
-    jobs = [job_of(clip) for clip in clips]
+    jobs = [job_of(clip, frames=(0, 6)) for clip in clips]
     annotate_batch(jobs, tmp_path / "serial", executor="serial")
     annotate_batch(jobs, tmp_path / "one", workers=1)
     annotate_batch(jobs, tmp_path / "three", workers=3)
@@ -120,11 +120,12 @@ def test_what_is_there_stops_the_batch_before_any_work(clips, tmp_path):
         annotate_batch([job_of(clips[0])], tmp_path / "file")
 
 
-def test_overwrite_replaces(clips, tmp_path):
+def test_overwrite_replaces_and_does_not_track_again(clips, tmp_path):
     recipe = load_recipe("csv_only")
-    for _ in range(2):
-        report = annotate_batch([job_of(clips[0])], tmp_path, recipe, overwrite=True)
+    for cache, reused in ((False, 0), (True, 0), (True, 1), (False, 0)):
+        report = annotate_batch([job_of(clips[0])], tmp_path, recipe, overwrite=True, cache=cache)
         assert report.exit_code == 0
+        assert report.outcomes[0].cache == CacheUse(1, reused)
 
 
 def test_a_video_that_crashes_its_process_is_one_outcome(clips, tmp_path):

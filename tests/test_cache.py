@@ -8,10 +8,12 @@ from support.media import truncate
 from support.patch import keyframe_at, patch_job, write_patch
 
 from situp_annotate import pipeline
+from situp_annotate.cache import VideoCache
 from situp_annotate.errors import VideoError
 from situp_annotate.formats.mot import read_mot
 from situp_annotate.outcomes import CacheUse
 from situp_annotate.pipeline import annotate_video
+from situp_annotate.propagation import PassKey
 from situp_annotate.recipe import load_recipe
 from situp_annotate.types import BoundingBox, Keyframe
 from situp_annotate.video import footage
@@ -176,17 +178,13 @@ def test_passes_belong_to_the_trackers_settings(clip, output):
     assert again(patch_job(clip, *KEYFRAMES), output, recipe).cache == CacheUse(4, 4)
 
 
-def test_a_colour_table_counts_by_its_content(clip, output, tmp_path):
-    from situp_annotate.cache import VideoCache
-
+def test_a_colour_table_counts_by_its_content(tmp_path):
     table = tmp_path / "table.txt"
     params = replace(CSV_ONLY.tracker, color_table=str(table))
     table.write_text("one")
     places = [VideoCache(None, "0", params, {})]
     table.write_text("two")
     places.append(VideoCache(None, "0", params, {}))
-    from situp_annotate.propagation import PassKey
-
     key = PassKey(3, BoundingBox(1, 2, 3, 4), None, True)
     assert len({place.passes.name(key) for place in places}) == 2
 

@@ -6,18 +6,24 @@ from dataclasses import asdict
 import pytest
 
 from situp_annotate.errors import RecipeError
-from situp_annotate.recipe import Recipe, _folder, load_recipe, recipe_names
+from situp_annotate.propagation import PropagationOptions
+from situp_annotate.recipe import MotOptions, Recipe, _folder, load_recipe, recipe_names
 from situp_annotate.tracking import TrackerParams
+from situp_annotate.types import Extend, Method, State
 
 
 def test_situp_equals_the_defaults():
     assert load_recipe() == Recipe()
 
 
-def test_situp_spells_out_every_setting_of_the_tracker():
+@pytest.mark.parametrize(
+    ("section", "defaults"),
+    [("tracker", TrackerParams()), ("propagation", PropagationOptions()), ("mot", MotOptions())],
+)
+def test_situp_spells_out_every_setting(section, defaults):
     document = tomllib.loads((_folder() / "situp.toml").read_text())
-    settings = {name for name, value in asdict(TrackerParams()).items() if value is not None}
-    assert set(document["tracker"]) == settings
+    settings = {name for name, value in asdict(defaults).items() if value is not None}
+    assert set(document[section]) == settings
 
 
 def test_every_ready_made_recipe_loads():
@@ -51,6 +57,19 @@ def test_settings_win_over_the_recipe():
     assert recipe.decoding.incomplete == "keep"
 
 
+def test_settings_of_propagation():
+    recipe = load_recipe(
+        "situp",
+        ["propagation.method=cubic", "propagation.direction=forward", "propagation.extend=both",
+         "propagation.memory_mb=64", 'mot.states=["lost"]'],
+    )  # fmt: skip
+    assert recipe.propagation == PropagationOptions(Method.CUBIC, "forward", Extend.BOTH, 64)
+    assert isinstance(recipe.propagation.method, Method)
+    assert recipe.mot.states == (State.LOST,)
+    assert recipe.as_dict()["mot"]["states"] == ["lost"]
+    assert recipe.sha256 != Recipe().sha256
+
+
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
@@ -65,6 +84,11 @@ def test_settings_win_over_the_recipe():
         (["decoding.incomplete=maybe"], "'fail' or 'keep'"),
         (["outputs.mot=1"], "outputs.mot = 1 is not allowed"),
         (["mot.pixel_origin=2"], "mot.pixel_origin = 2 is not allowed"),
+        (['mot.states=["gone"]'], "mot.states.0 = 'gone' is not allowed"),
+        (["propagation.method=magic"], "propagation.method = 'magic' is not allowed"),
+        (["propagation.direction=backward"], "'both' or 'forward'"),
+        (["propagation.memory_mb=0"], "memory_mb = 0 is not allowed: give at least 1"),
+        (["propagation.memory_mb=1.5"], "propagation.memory_mb = 1.5 is not allowed"),
         (["overlay.crf=0"], "crf = 0 is not allowed: give from 1 to 51"),
         (["overlay.preset=hurried"], "overlay.preset = 'hurried' is not allowed"),
     ],

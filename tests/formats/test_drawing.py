@@ -11,9 +11,8 @@ from situp_annotate.types import BoundingBox, Keyframe, Provenance, State, Track
 GREY = 90
 
 
-def label(track_id, box, *, human=False, occluded=False, name="thing"):
+def label(track_id, box, *, human=False, state=State.VISIBLE, name="thing"):
     track = Track(track_id, name, (Keyframe(0, box),))
-    state = State.OCCLUDED if occluded else State.VISIBLE
     provenance = Provenance.HUMAN if human else Provenance.TRACKED
     return track, TrackPoint(track_id, box, 0.5, state, provenance)
 
@@ -58,9 +57,20 @@ def test_keyframes_have_handles():
 
 def test_occluded_boxes_are_dashed():
     box = BoundingBox(100, 100, 80, 60)
-    solid, dashed = drawn(plain(), label(1, box)), drawn(plain(), label(1, box, occluded=True))
+    solid = drawn(plain(), label(1, box))
+    dashed = drawn(plain(), label(1, box, state=State.OCCLUDED))
     assert solid[159, 105:175].all()
     assert 0.2 < dashed[159, 105:175].mean() < 0.8
+
+
+def test_lost_boxes_are_dashed_and_dimmed():
+    box = BoundingBox(100, 100, 80, 60)
+    occluded, lost = (
+        draw_labels(plain(), 7, [label(1, box, state=state)])[159, 105:175].astype(int)
+        for state in (State.OCCLUDED, State.LOST)
+    )
+    assert ((occluded != GREY).any(axis=1) == (lost != GREY).any(axis=1)).all()
+    assert lost[lost != GREY].mean() < 0.75 * occluded[occluded != GREY].mean()
 
 
 @pytest.mark.parametrize("size", [(240, 320), (720, 1280), (2160, 3840)])
@@ -78,7 +88,9 @@ def test_tags_grow_with_the_picture(size):
     [(-50, -50, 60, 60), (310, 230, 100, 100), (0, 0, 320, 240), (5, 5, 0.2, 0.2), (-900, 50, 9, 9),
      (50, 1e7, 10, 10), (-1e9, -1e9, 2e9, 2e9), (160, -20, 40, 40), (300, 100, 15, 20)],
 )  # fmt: skip
-@pytest.mark.parametrize("style", [{}, {"human": True}, {"occluded": True}])
+@pytest.mark.parametrize(
+    "style", [{}, {"human": True}, {"state": State.OCCLUDED}, {"state": State.LOST}]
+)
 def test_no_box_is_too_odd(box, style):
     result = draw_labels(plain(), 0, [label(1, BoundingBox(*box), **style)])
     assert result.shape == (240, 320, 3)
@@ -102,6 +114,7 @@ def test_caption():
     box = BoundingBox(0, 0, 5, 5)
     assert caption(*label(3, box, name="car")) == "#3 car 0.50"
     assert caption(*label(3, box, name="car", human=True)) == "#3 car key"
+    assert caption(*label(3, box, name="car", state=State.LOST)) == "#3 car 0.50 lost"
 
 
 @pytest.mark.skipif(not hasattr(cv2, "FontFace"), reason="OpenCV 4 has no font for more")

@@ -120,6 +120,50 @@ def test_states_carry_everything(log):
     assert (tracked.apce, tracked.peak, tracked.scale) == (41.5, 0.375, 1.25)
 
 
+def test_lost_boxes_are_faint(tmp_path):
+    lost = TrackPoint(5, BOX, 0.1, State.LOST, Provenance.INTERPOLATED)
+    path = tmp_path / "annotations.mcap"
+    with McapSink(path, info=INFO, tracks=TRACKS, metadata={}, attachments={}) as sink:
+        sink.write(Frame(0, 0, np.empty((0, 0), np.uint8)), [HUMAN, lost])
+    ((_, _, proto),) = decoded(path, "/camera/annotations")
+    assert [shape.outline_color.a for shape in proto.points] == [1.0, pytest.approx(0.4)]
+    assert [text.text for text in proto.texts] == ["#3 Fußgänger key", "#5 car 0.10 lost"]
+    ((_, _, proto),) = decoded(path, "/tracks")
+    assert [state.state for state in proto.states] == ["visible", "lost"]
+    assert (proto.states[1].provenance, proto.states[1].x) == ("interpolated", 10.5)
+
+
+def test_tracks_are_outside_from_the_keyframe_that_says_so_to_the_next_box(tmp_path):
+    keyframes = (Keyframe(0, BOX), Keyframe(1, None), Keyframe(3, BOX), Keyframe(4, None))
+    tracks = [Track(3, "car", keyframes), TRACKS[1]]
+    path = tmp_path / "annotations.mcap"
+    with McapSink(path, info=INFO, tracks=tracks, metadata={}, attachments={}) as sink:
+        for index in range(6):
+            points = [HUMAN] if index in (0, 3) else []
+            sink.write(Frame(index, index, np.empty((0, 0), np.uint8)), points)
+    protos = [proto for _, _, proto in decoded(path, "/tracks")]
+    states = [[(state.id, state.state) for state in proto.states] for proto in protos]
+    seen, outside = [(3, "visible")], [(3, "outside")]
+    assert states == [seen, outside, outside, seen, outside, outside]
+    (state,) = protos[1].states
+    assert not any(state.HasField(name) for name in ("x", "y", "width", "height", "apce"))
+    assert (state.label, state.provenance, state.confidence) == ("car", "human", 1.0)
+    assert all(protos[0].states[0].HasField(name) for name in ("x", "y", "width", "height"))
+    assert not any(proto.points for _, _, proto in decoded(path, "/camera/annotations")[1:3])
+
+
+def test_the_schema_is_as_documented(log):
+    """The text in the module is what the log's schema says."""
+    from situp_annotate.formats import track_states
+
+    kinds = {1: "double", 4: "uint64", 9: "string", 13: "uint32"}
+    descriptor = track_states.TrackStates.DESCRIPTOR.fields_by_name["states"].message_type
+    for field in descriptor.fields:
+        optional = "optional " if field.has_presence else ""
+        line = f"{optional}{kinds[field.type]} {field.name} = {field.number};"
+        assert line in track_states.__doc__
+
+
 def test_findings_stand_in_the_log_at_their_frame(log):
     messages = decoded(log, "/log")
     assert [log_time for log_time, _, _ in messages] == [TIMES[0], TIMES[2], TIMES[-1]]

@@ -48,6 +48,18 @@ def test_pixels_may_count_from_one(tmp_path):
     assert read_mot(path, pixel_origin=1)[0].box == BoundingBox(0, 9, 20, 30)
 
 
+def test_only_boxes_in_the_wanted_states_get_rows(tmp_path):
+    box = BoundingBox(0, 10, 20, 30)
+    points = [
+        TrackPoint(number, box, 0.5, state, Provenance.TRACKED)
+        for number, state in enumerate(State, start=1)
+    ]
+    states = (State.VISIBLE, State.LOST)
+    rows = read_mot(write(tmp_path / "mot.csv", [points], states=states))
+    assert [row.track_id for row in rows] == [points[0].track_id, points[2].track_id]
+    assert len(read_mot(write(tmp_path / "all.csv", [points]))) == len(State)
+
+
 numbers = st.floats(-5000, 5000)
 sizes = st.floats(0.01, 5000)
 boxes = st.builds(BoundingBox, numbers, numbers, sizes, sizes)
