@@ -13,7 +13,7 @@ from situp_annotate.cli import cli
 from situp_annotate.cli.thin import thin as command
 from situp_annotate.formats.manifest import load_manifest
 from situp_annotate.formats.mot import MotSink
-from situp_annotate.outcomes import VideoReport
+from situp_annotate.outcomes import CacheUse, VideoReport
 from situp_annotate.propagation import Skip
 from situp_annotate.propagation.thinning import overlaps, thin
 from situp_annotate.recipe import MotOptions, Recipe
@@ -53,6 +53,7 @@ def write_run(out, video_id, tracks, frames, *, skipped=(), origin=0):
         skipped=tuple(skipped),
         findings=(),
         outputs=("mot.csv", "summary.json"),
+        cache=CacheUse(0, 0),
         seconds={},
     )
     recipe = Recipe(mot=MotOptions(pixel_origin=origin)).as_dict()
