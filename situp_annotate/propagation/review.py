@@ -1,7 +1,9 @@
 """Where one more box is expected to help most."""
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
@@ -91,7 +93,7 @@ def suggest(
                 peaks[number],
             )
         )
-        doubts[number] = doubts[number] * (1 - _influence(len(stretch.boxes))[row])
+        doubts[number] = doubts[number] * (1 - _influence(row, len(stretch.boxes)))
     return tuple(found)
 
 
@@ -102,18 +104,30 @@ def _doubt(stretch: Stretch) -> Array:
     return np.where(human, 0.0, doubt)
 
 
-def _influence(count: int) -> Array:
-    """Share of the doubt about each frame (column) that a box in a frame (row) takes away."""
-    rows = np.arange(count)
-    apart = np.abs(rows[:, np.newaxis] - rows)
-    reach = max(_SHORTEST_REACH, _REACH * count)
-    influence: Array = np.exp(-apart / reach)
+def _reach(count: int) -> float:
+    """Frames after which a box takes away but 1/e of the doubt, in a span of so many."""
+    return max(_SHORTEST_REACH, _REACH * count)
+
+
+def _influence(row: int, count: int) -> Array:
+    """Share of the doubt about each frame that a box in a frame takes away."""
+    influence: Array = np.exp(-np.abs(np.arange(count) - row) / _reach(count))
     return influence
 
 
 def _gains(doubt: Array) -> Array:
-    """Frames expected to be mended by a box in each frame; none by one that is right already."""
-    return doubt * (_influence(len(doubt)) @ doubt)
+    """Frames expected to be mended by a box in each frame; none by one that is right already.
+
+    Sums over all frames, weighted by influence, without a matrix: spans can be long.
+    """
+    decay = math.exp(-1 / _reach(len(doubt)))
+
+    def decaying_sums(values: list[float]) -> Array:
+        return np.fromiter(accumulate(values, lambda sum_, each: sum_ * decay + each), float)
+
+    ahead = decaying_sums(doubt.tolist())
+    behind = decaying_sums(doubt[::-1].tolist())[::-1]
+    return doubt * (ahead + behind - doubt)
 
 
 def _reason(stretch: Stretch, row: int, size_hw: tuple[int, int]) -> Reason:
