@@ -68,7 +68,10 @@ class Samples:
 
     def picked(self, pick: str) -> "Samples":
         """Those of one way to pick frames."""
-        kept = self.pick == pick
+        return self.where(self.pick == pick)
+
+    def where(self, kept: npt.NDArray[np.bool_]) -> "Samples":
+        """Those for which the flag, (n,), is set."""
         return Samples(*(getattr(self, field.name)[kept] for field in fields(self)))
 
 

@@ -1,6 +1,8 @@
 """One pass of a tracker over a stretch of video, from a keyframe on, in either direction."""
 
 import copy
+import statistics
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -22,10 +24,13 @@ _EVIDENCE_PER_PEAK = 20.0
 _MOST_EVIDENCE = 2.0
 _WEIGHT = 0.6
 
+_USUAL = 25
 _GONE_PEAK = 0.17
+_GONE_SHARE = 0.4
 _SURE = 6.0
 _LOST = -6.0
 _FOUND_PEAK = 0.4
+_FOUND_SHARE = 0.5
 _SEARCHES = 9
 _WIDEN_EVERY = 8
 _WIDEST = 4
@@ -142,6 +147,7 @@ class _Searcher:
     def __init__(self, tracker: SitupTracker) -> None:
         self._template = copy.deepcopy(tracker)
         self._odds = _SURE
+        self._peaks: deque[float] = deque(maxlen=_USUAL)
         self._doubtful = 0
         self._last_seen: BoundingBox | None = None
         self._frames_lost = 0
@@ -153,10 +159,13 @@ class _Searcher:
 
         It was lost when the odds, summed over the frames, began to fall for good.
         """
-        evidence = float(_bounded_evidence(np.array(estimate.peak), _GONE_PEAK))
-        self._odds = min(self._odds + evidence, _SURE)
+        even = max(_GONE_PEAK, _GONE_SHARE * self._usual_peak())
+        self._odds = min(
+            self._odds + float(_bounded_evidence(np.array(estimate.peak), even)), _SURE
+        )
         if self._odds == _SURE or self._last_seen is None:
             self._doubtful, self._last_seen = 0, estimate.fine_box
+            self._peaks.append(estimate.peak)
         else:
             self._doubtful += 1
         self.is_lost = self._odds < _LOST
@@ -193,13 +202,17 @@ class _Searcher:
             if best is None or estimate.peak > best.peak:
                 best = estimate
         assert best is not None, "there is always a place to search"
-        if best.peak < _FOUND_PEAK:
+        if best.peak < max(_FOUND_PEAK, _FOUND_SHARE * self._usual_peak()):
             return Estimate(seen, seen, best.apce, best.peak, best.scale), None
         self.is_lost, self._frames_lost = False, 0
         self._odds, self._doubtful, self._last_seen = 0.0, 0, best.fine_box
         tracker = copy.deepcopy(self._template)
         tracker.place(best.box)
         return best, tracker
+
+    def _usual_peak(self) -> float:
+        """Median of the last peaks where the target was surely there; 0 before the first."""
+        return statistics.median(self._peaks) if self._peaks else 0.0
 
     def _next_offsets(self) -> list[tuple[int, int]]:
         """Places to search in this frame, in target sizes: nearest first, then over again."""

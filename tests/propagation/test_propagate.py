@@ -1,154 +1,163 @@
 """Propagation with a tracker whose every answer is known."""
 
-import numpy as np
 import pytest
+from support.sliding import BOX, OTHER, Sliding, Still, footage
 
-from situp_annotate.propagation import propagate
-from situp_annotate.propagation.confidence import RelativeSharpness
-from situp_annotate.tracking import Estimate
-from situp_annotate.types import BoundingBox, Frame, Keyframe, Provenance, State, Track
+from situp_annotate.propagation import PropagationOptions, propagate
+from situp_annotate.types import (
+    BoundingBox,
+    Extend,
+    Keyframe,
+    Method,
+    Provenance,
+    State,
+    Track,
+)
 
-
-class Sliding:
-    """Says that the target moves by one pixel a frame to the right."""
-
-    def init(self, image, box):
-        self.box, self.age = box, 0
-
-    def update(self, image):
-        self.age += 1
-        box = BoundingBox(self.box.x + self.age, self.box.y, self.box.width, self.box.height)
-        return Estimate(box, apce=40.0 / self.age, peak=0.5, scale=1.0)
+FORWARD = PropagationOptions(direction="forward")
 
 
-def frames(count, size=(50, 60)):
-    for index in range(count):
-        yield Frame(index, index * 40_000_000, np.zeros(size, np.uint8))
+@pytest.fixture(autouse=True)
+def _no_starts():
+    Sliding.starts = 0
 
 
-def label(tracks, count=10):
-    propagation = propagate(frames(count), tracks, Sliding)
-    return {frame.index: points for frame, points in propagation}, propagation.skipped
-
-
-BOX = BoundingBox(10, 20, 8, 9)
-OTHER = BoundingBox(30, 5, 6, 7)
+def label(track, count=10, options=None, **settings):
+    """Labels of one track by frame, None where it has no box; and the keyframes skipped."""
+    labels = propagate(footage(count), [track], options, **{"tracker": Sliding, **settings})
+    points = [points[0] if points else None for points in labels]
+    assert len(points) == count
+    return points, labels.skipped
 
 
 def test_a_keyframe_has_the_persons_box_and_the_rest_the_trackers():
-    labels, skipped = label([Track(1, "a", (Keyframe(2, BOX),))], 5)
-    assert [len(labels[index]) for index in range(5)] == [0, 0, 1, 1, 1]
-    (human,), (first,), (second,) = labels[2], labels[3], labels[4]
+    points, skipped = label(Track(1, "a", (Keyframe(2, BOX),)), 5)
+    assert points[:2] == [None, None]
+    human, first, second = points[2:]
     assert (human.box, human.provenance, human.confidence) == (BOX, Provenance.HUMAN, 1.0)
     assert human.apce is None
-    assert (first.box.x, second.box.x) == (11, 12)
+    assert (first.box.x, second.box.x) == pytest.approx((11, 12))
     assert (first.provenance, first.apce, first.peak) == (Provenance.TRACKED, 40.0, 0.5)
+    assert 0 < first.confidence < 1
     assert skipped == ()
 
 
-def test_each_keyframe_starts_anew():
-    labels, _ = label([Track(1, "a", (Keyframe(0, BOX), Keyframe(3, OTHER)))], 5)
-    assert [labels[index][0].box.x for index in range(5)] == [10, 11, 12, 30, 31]
-    assert [labels[index][0].provenance for index in (0, 3)] == [Provenance.HUMAN] * 2
+def test_forward_alone_each_keyframe_starts_anew():
+    points, _ = label(Track(1, "a", (Keyframe(0, BOX), Keyframe(3, OTHER))), 5, FORWARD)
+    assert [point.box.x for point in points] == pytest.approx([10, 11, 12, 30, 31])
+    assert [points[index].provenance for index in (0, 3)] == [Provenance.HUMAN] * 2
+
+
+def test_passes_that_agree_are_cross_faded_and_meet_the_persons_boxes():
+    end = BoundingBox(12, 20, 8, 9)
+    points, _ = label(Track(1, "a", (Keyframe(0, BOX), Keyframe(4, end))), 5, tracker=Still)
+    assert (points[0].box, points[4].box) == (BOX, end)
+    assert [point.box.x for point in points] == pytest.approx([10, 10.5, 11, 11.5, 12])
+
+
+def test_a_pass_that_meets_the_far_box_is_taken_before_one_that_does_not():
+    """Both slide to the right, away from where the backward one should end."""
+    end = BoundingBox(30, 20, 8, 9)
+    points, _ = label(Track(1, "a", (Keyframe(0, BOX), Keyframe(20, end))), 21)
+    assert [point.box.x for point in points[:16]] == pytest.approx(range(10, 26))
 
 
 def test_outside_ends_the_track_until_the_next_box():
     track = Track(1, "a", (Keyframe(0, BOX), Keyframe(2, None), Keyframe(4, OTHER)))
-    labels, _ = label([track], 6)
-    assert [len(labels[index]) for index in range(6)] == [1, 1, 0, 0, 1, 1]
+    points, _ = label(track, 6)
+    assert [point is not None for point in points] == [True, True, False, False, True, True]
 
 
-def test_occlusion_holds_until_the_next_keyframe():
-    track = Track(1, "a", (Keyframe(0, BOX), Keyframe(1, BOX, occluded=True), Keyframe(3, BOX)))
-    labels, _ = label([track], 5)
-    assert [labels[index][0].state for index in range(5)] == [
-        State.VISIBLE, State.OCCLUDED, State.OCCLUDED, State.VISIBLE, State.VISIBLE,
+def test_extended_tracks_go_back_from_their_first_keyframe():
+    track = Track(1, "a", (Keyframe(3, BOX), Keyframe(5, OTHER)), extend=Extend.BOTH)
+    points, _ = label(track, 6)
+    assert [point.box.x for point in points[:4]] == pytest.approx([13, 12, 11, 10])
+    points, _ = label(Track(1, "a", (Keyframe(3, BOX),)), 6, PropagationOptions(extend=Extend.BOTH))
+    assert points[0] is not None
+
+
+def test_occluded_holds_until_the_next_keyframe():
+    track = Track(1, "a", (Keyframe(0, BOX), Keyframe(2, BOX, occluded=True), Keyframe(4, BOX)))
+    points, _ = label(track, 6, FORWARD)
+    hidden = State.OCCLUDED
+    assert [point.state for point in points] == [
+        State.VISIBLE, State.VISIBLE, hidden, hidden, State.VISIBLE, State.VISIBLE,
     ]  # fmt: skip
 
 
-def test_points_are_sorted_by_track_and_do_not_depend_on_each_other():
-    one, two = Track(1, "a", (Keyframe(0, BOX),)), Track(2, "b", (Keyframe(1, OTHER),))
-    both, _ = label([two, one])
-    alone = {**label([one])[0]}, {**label([two])[0]}
-    for index, points in both.items():
-        assert [point.track_id for point in points] == sorted(point.track_id for point in points)
-        assert points == alone[0][index] + alone[1][index]
+@pytest.mark.parametrize("method", [Method.LINEAR, Method.CUBIC, Method.HOLD])
+def test_methods_without_a_tracker(method):
+    track = Track(1, "a", (Keyframe(0, BOX), Keyframe(4, OTHER)), method=method)
+    points, _ = label(track, 6)
+    assert Sliding.starts == 0
+    middle = {Method.LINEAR: 20, Method.CUBIC: 20, Method.HOLD: 10}[method]
+    assert [points[index].box.x for index in (0, 2, 4, 5)] == pytest.approx([10, middle, 30, 30])
+    assert points[2].provenance is Provenance.INTERPOLATED
+    assert points[2].apce is None
+    assert points[4].provenance is Provenance.HUMAN
 
 
-def test_unusable_keyframes_are_told():
-    track = Track(3, "a", (Keyframe(0, BoundingBox(60, 0, 5, 5)), Keyframe(10, BOX)))
-    labels, skipped = label([track], 10)
-    assert not any(labels.values())
-    assert [(skip.track_id, skip.frame) for skip in skipped] == [(3, 0), (3, 10)]
-    assert skipped[0].reason.endswith("lies outside the picture of 60×50 pixels.")
-    assert skipped[1].reason.endswith("is past the end; the video's last frame is 9.")
+def test_a_keyframe_outside_the_picture_or_past_the_end_is_skipped_and_named():
+    beyond = BoundingBox(100, 100, 5, 5)
+    track = Track(1, "a", (Keyframe(0, BOX), Keyframe(2, beyond), Keyframe(99, BOX)))
+    points, skipped = label(track, 4)
+    assert [skip.frame for skip in skipped] == [2, 99]
+    assert "outside the picture of 60×50 pixels" in skipped[0].reason
+    assert "the video's last frame is 3" in skipped[1].reason
+    assert points == label(Track(1, "a", (Keyframe(0, BOX),)), 4)[0]
 
 
-def test_a_frame_is_handed_out_before_the_next_is_asked_for():
-    asked = []
-
-    def source():
-        for frame in frames(3):
-            asked.append(frame.index)
-            yield frame
-
-    labelled = iter(propagate(source(), [], Sliding))
-    next(labelled)
-    assert asked == [0]
+def test_tracks_come_by_id_and_do_not_touch_each_other():
+    tracks = [Track(7, "b", (Keyframe(1, OTHER),)), Track(2, "a", (Keyframe(0, BOX),))]
+    labels = propagate(footage(4), tracks, tracker=Sliding)
+    assert [[point.track_id for point in points] for points in labels] == [[2], *[[2, 7]] * 3]
 
 
-def test_confidence_compares_with_what_is_usual():
-    confidence = RelativeSharpness()
-    assert [confidence(40.0) for _ in range(25)] == [1.0] * 25
-    assert confidence(20.0) == 0.5
-    assert confidence(80.0) == 1.0
-    assert confidence(20.0) == 0.5  # what is usual was settled by the first frames
+def test_a_video_without_tracks_or_frames():
+    assert list(propagate(footage(2), [], tracker=Sliding)) == [(), ()]
 
 
-def test_confidence_of_a_track_without_any_response_is_zero():
-    assert RelativeSharpness()(0.0) == 0.0
+def test_one_keyframe_never_needs_the_video_backward():
+    video = footage(6)
+    propagate(video, [Track(1, "a", (Keyframe(1, BOX),))], tracker=Sliding)
+    assert video.read == list(range(6))
 
 
-@pytest.mark.parametrize("count", [0, 1])
-def test_videos_of_no_and_of_one_frame(count):
-    labels, skipped = label([Track(1, "a", (Keyframe(0, BOX),))], count)
-    assert len(labels) == count
-    assert len(skipped) == 1 - count
-
-
-@pytest.mark.parametrize("threads", [2, 3])
-def test_labels_do_not_depend_on_the_number_of_threads(threads):
-    images = np.random.default_rng(0).integers(0, 256, (70, 60, 80, 3), np.uint8)
-    video = [Frame(index, index, image) for index, image in enumerate(images)]
+def test_only_what_lies_between_keyframes_is_read_backward():
+    video = footage(12)
     tracks = [
-        Track(1, "a", (Keyframe(0, BOX), Keyframe(30, OTHER))),
-        Track(2, "b", (Keyframe(3, OTHER),)),
-        Track(3, "c", (Keyframe(65, BOX),)),
+        Track(1, "a", (Keyframe(1, BOX), Keyframe(3, OTHER))),
+        Track(2, "b", (Keyframe(6, BOX), Keyframe(8, OTHER), Keyframe(10, OTHER))),
     ]
-    alone = list(propagate(video, tracks))
-    together = list(propagate(video, tracks, threads=threads))
-    assert [points for _, points in together] == [points for _, points in alone]
-    assert [frame.index for frame, _ in together] == list(range(70))
+    propagate(video, tracks, tracker=Sliding)
+    assert video.read[12:] == [-10, -9, -8, -7, -6, -3, -2, -1]
 
 
-def test_a_trackers_error_comes_out_of_its_thread():
-    class Failing(Sliding):
-        def update(self, image):
-            raise RuntimeError("no")
+def test_a_correction_changes_its_two_spans_only():
+    before = (Keyframe(0, BOX), Keyframe(10, OTHER), Keyframe(20, BOX), Keyframe(29, OTHER))
+    corrected = (*before[:2], Keyframe(15, BOX), *before[2:])
+    cache = {}
+    first, _ = label(Track(1, "a", before), 30, cache=cache)
+    Sliding.starts = 0
+    second, _ = label(Track(1, "a", corrected), 30, cache=cache)
+    assert Sliding.starts == 4  # forward and backward in both new spans
+    same = [one == other for one, other in zip(first, second, strict=True)]
+    assert [frame for frame, equal in enumerate(same) if not equal] == list(range(11, 20))
 
-    tracks = [Track(number, "a", (Keyframe(0, BOX),)) for number in (1, 2)]
-    with pytest.raises(RuntimeError, match="no"):
-        list(propagate(frames(5), tracks, Failing, threads=2))
+
+def test_with_a_survey_and_all_passes_nothing_is_read():
+    cache, surveys, track = {}, [], Track(1, "a", (Keyframe(0, BOX), Keyframe(5, OTHER)))
+    first = propagate(footage(6), [track], tracker=Sliding, cache=cache, on_survey=surveys.append)
+    video = footage(6)
+    second = propagate(video, [track], tracker=Sliding, cache=cache, survey=surveys[0])
+    assert video.read == []
+    assert list(first) == list(second)
 
 
-def test_frames_before_a_decoding_error_are_labelled_by_threads_too():
-    def broken():
-        yield from frames(5)
-        raise OSError("gone")
-
-    seen = []
-    tracks = [Track(number, "a", (Keyframe(0, BOX),)) for number in (1, 2)]
-    with pytest.raises(OSError, match="gone"):
-        for frame, _ in propagate(broken(), tracks, Sliding, threads=2):
-            seen.append(frame.index)
-    assert seen == [0, 1, 2, 3, 4]
+@pytest.mark.parametrize("threads", [2, 5])
+def test_threads_change_nothing(threads):
+    tracks = [
+        Track(number, "a", (Keyframe(number, BOX), Keyframe(20, OTHER))) for number in range(1, 6)
+    ]
+    alone = list(propagate(footage(25), tracks, tracker=Sliding))
+    assert list(propagate(footage(25), tracks, tracker=Sliding, threads=threads)) == alone
