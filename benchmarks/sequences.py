@@ -66,7 +66,10 @@ def run(sequences: list[OtbSequence], output: Path) -> None:
         "--output",
         str(output),
     ]
-    subprocess.run([*command, "--recipe", "csv_only", "--allow-outside"], check=True)
+    # The toolkit scores a box in every frame, those of lost targets too.
+    states = 'mot.states=["visible", "occluded", "lost"]'
+    options = ["--recipe", "csv_only", "--set", states, "--allow-outside"]
+    subprocess.run([*command, *options], check=True)
 
 
 def boxes_of(path: Path, track_id: int, frames: int) -> npt.NDArray[np.float64]:
