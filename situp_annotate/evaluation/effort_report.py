@@ -11,7 +11,9 @@ import numpy as np
 from situp_annotate.evaluation.calibration import calibration
 from situp_annotate.evaluation.effort import Simulation
 from situp_annotate.evaluation.effort_study import MethodResult, TargetResult
+from situp_annotate.evaluation.fitting import predict_left_out, sequence_of
 from situp_annotate.evaluation.samples import Samples
+from situp_annotate.propagation.confidence import GOOD
 
 __all__ = ["REPORTED", "bars", "effort_document", "geometric_mean_of_boxes"]
 
@@ -95,10 +97,11 @@ def _against_baselines(targets: Sequence[TargetResult]) -> dict[str, float]:
 
 
 def _confidence(samples: Samples) -> dict[str, float]:
-    picked = samples.picked("worst")
-    if len(picked.overlap) == 0:
+    if len({sequence_of(target) for target in samples.target}) < 2:
         return {}
-    auroc, ece, share = calibration(picked.confidence, picked.overlap)
+    suggested = samples.pick == "suggested"
+    confidence = predict_left_out(samples, GOOD)
+    auroc, ece, share = calibration(confidence[suggested], samples.overlap[suggested])
     return {
         "confidence_auroc": auroc,
         "confidence_ece": ece,
@@ -146,7 +149,9 @@ def bars(targets: Sequence[TargetResult], samples: Samples) -> dict[str, float]:
         ``recall3_gain_over_linear``
             Mean difference of recall with 3 boxes in points of 100.
         ``confidence_auroc``, ``confidence_ece``, ``failures_in_least_confident_tenth``
-            See :class:`~situp_annotate.evaluation.calibration.Calibration`.
+            See :class:`~situp_annotate.evaluation.calibration.Calibration`: of boxes in frames
+            that nobody drew, with suggested frames corrected, by coefficients that were fitted
+            without the box's own sequence.
         ``thin_iou``, ``thin_keyframes_per_100``, ``largest_step_at_keyframes``
             Means over the targets of the figures of
             :class:`~situp_annotate.evaluation.track_quality.TrackQuality`.

@@ -66,10 +66,6 @@ class Samples:
         with path.open("wb") as file:
             np.savez_compressed(file, **{f.name: getattr(self, f.name) for f in fields(self)})
 
-    def picked(self, pick: str) -> "Samples":
-        """Those of one way to pick frames."""
-        return self.where(self.pick == pick)
-
     def where(self, kept: npt.NDArray[np.bool_]) -> "Samples":
         """Those for which the flag, (n,), is set."""
         return Samples(*(getattr(self, field.name)[kept] for field in fields(self)))

@@ -159,7 +159,7 @@ def test_samples_are_what_nobody_drew(tmp_path, curved):
     samples.save(tmp_path / "s.npz")
     again = Samples.joined([Samples.load(tmp_path / "s.npz"), samples])
     assert len(again.overlap) == 2 * len(samples.overlap)
-    assert len(again.picked("suggested").overlap) == 0
+    assert len(again.where(again.pick == "suggested").overlap) == 0
     assert set(again.target) == {"target"}
 
 

@@ -8,7 +8,8 @@ import pytest
 from support.targets import corner_truth, curved_truth, write_sequence
 
 from situp_annotate.errors import OutputError, SitupError
-from situp_annotate.evaluation import effort_study, find_sequences, plots
+from situp_annotate.evaluation import effort_study, find_sequences, fitting, plots
+from situp_annotate.evaluation.calibration import calibration
 from situp_annotate.evaluation.effort import Simulation
 from situp_annotate.evaluation.effort_report import bars, effort_document
 from situp_annotate.evaluation.effort_study import (
@@ -19,6 +20,7 @@ from situp_annotate.evaluation.effort_study import (
     run_study,
 )
 from situp_annotate.evaluation.effort_tables import effort_tables
+from situp_annotate.evaluation.fitting import predict_left_out
 from situp_annotate.evaluation.samples import Samples
 
 LINEAR = Settings(methods=("linear",))
@@ -181,6 +183,34 @@ def test_without_matplotlib_the_extra_is_named(monkeypatch):
 def test_nan_is_no_figure():
     right = np.ones(20)
     samples = Samples(
-        np.zeros((20, 3)), right, right, right.astype(int), np.full(20, "worst"), np.full(20, "a")
+        np.zeros((20, 3)), right, right, right.astype(int), np.full(20, "suggested"),
+        np.array(["a", "b"] * 10),
+    )  # fmt: skip
+    found = bars([target("a", linear=(8, 0.2))], samples)
+    assert set(found) == {"confidence_ece"}
+
+
+def test_confidence_is_judged_on_sequences_that_were_left_out():
+    """Where one sequence says the contrary of all others, it is judged by the others."""
+    rng = np.random.default_rng(0)
+    peak, sequence = rng.uniform(0, 1, 400), np.repeat(["a.1", "a.2", "b", "c"], 100)
+    overlap = np.where((peak > 0.5) ^ (sequence == "c"), 1.0, 0.0)
+    features = np.column_stack([np.ones(400), peak])
+    samples = Samples(
+        features, overlap, peak, np.ones(400, int), np.full(400, "suggested"), sequence
     )
-    assert bars([target("a", linear=(8, 0.2))], samples) == {"confidence_ece": 0}
+    chance = predict_left_out(samples, 0.5)
+    others = chance[sequence == "c"]
+    assert np.corrcoef(others, peak[sequence == "c"])[0, 1] > 0.9
+    assert calibration(others, overlap[sequence == "c"]).auroc < 0.05
+
+
+def test_fitted_coefficients_have_names(monkeypatch):
+    monkeypatch.setattr(fitting, "feature_names", lambda: ("constant", "peak"))
+    peak = np.linspace(0, 1, 50)
+    samples = Samples(
+        np.column_stack([np.ones(50), peak]), (peak > 0.4).astype(float), peak,
+        np.ones(50, int), np.full(50, "worst"), np.full(50, "a"),
+    )  # fmt: skip
+    found = fitting.fit(samples, 0.5)
+    assert -found["constant"] / found["peak"] == pytest.approx(0.4, abs=0.05)
