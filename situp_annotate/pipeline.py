@@ -125,7 +125,8 @@ def annotate_video(
     Raises
     ------
     VideoError
-        If the video cannot be annotated; nothing of it is left in ``output`` then.
+        If the video cannot be annotated; nothing of it is left in ``output`` then, except that
+        the cache may hold what was tracked before the failure.
     OutputError
         If the outputs are already there, or cannot be written.
     """

@@ -4,8 +4,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-import numpy as np
-
 from situp_annotate.propagation import Footage, PassCache, PassKey, PropagationOptions
 from situp_annotate.propagation.spans import backward_passes, forward_passes
 from situp_annotate.types import Extend, Frame, Method, Track
@@ -120,14 +118,23 @@ def frames_to_walk(
         Whether the walk through the whole video is done.
     """
     forward = 0 if surveyed else frame_count
-    backward = np.zeros(frame_count, bool)
+    backward = []
     for key in _missing_passes(tracks, options, frame_count, passes):
-        if key.is_backward:
-            backward[key.last : key.frame + 1] = True
+        last = frame_count - 1 if key.last is None else min(key.last, frame_count - 1)
+        if last < key.frame:
+            backward.append((last, key.frame + 1))
         else:
-            last = frame_count - 1 if key.last is None else min(key.last, frame_count - 1)
             forward = max(forward, last + 1)
-    return forward + int(backward.sum())
+    return forward + _covered(backward)
+
+
+def _covered(stretches: Iterable[tuple[int, int]]) -> int:
+    """Frames in at least one of the stretches (start, stop)."""
+    count = reached = 0
+    for start, stop in sorted(stretches):
+        count += max(0, stop - max(start, reached))
+        reached = max(stop, reached)
+    return count
 
 
 def _missing_passes(
