@@ -1,14 +1,14 @@
 """What two keyframes at the ends of a long 1080p video cost: memory, and time beside one pass.
 
-    python benchmarks/length.py --json FILE [--minutes 10]
+    python benchmarks/length.py --sequences FOLDER --json FILE [--minutes 10]
 
-A video is generated in which a textured target goes to and fro on a textured ground. It is tracked
-forward and backward, and forward alone, each in a fresh worker process that reports its own peak
-(VmHWM, Linux).
+FOLDER holds sequences in OTB layout. The longest one's pictures, enlarged to 1920×1080, are played
+to and fro for so many minutes. Its first target is tracked forward and backward, and forward alone,
+each in a fresh worker process that reports its own peak (VmHWM, Linux).
 """
 
+import itertools
 import json
-import math
 import re
 import tempfile
 from collections.abc import Iterator
@@ -22,16 +22,15 @@ import numpy as np
 
 from situp_annotate import annotate_video, load_recipe
 from situp_annotate.compiling import compile_kernels
+from situp_annotate.evaluation import OtbSequence, find_sequences
 from situp_annotate.executors import ProcessExecutor, result_of
-from situp_annotate.formats.mot import read_mot
-from situp_annotate.types import BoundingBox, Image, Keyframe, Track, VideoJob
+from situp_annotate.types import BoundingBox, Keyframe, Track, VideoJob
+from situp_annotate.video import open_video
 from situp_annotate.video.writer import H264Writer
 
-WIDTH, HEIGHT, SIDE = 1920, 1080, 80
+WIDTH, HEIGHT = 1920, 1080
 FRAMES_PER_S = 25
 STEP_NS = 1_000_000_000 // FRAMES_PER_S
-SWAY = 400
-"""Pixels that the target goes to either side, and frames that it takes for a radian of that."""
 
 
 @dataclass(frozen=True)
@@ -46,48 +45,34 @@ class Cost:
         Wall time.
     megabytes : float
         Peak of the process.
-    furthest : float
-        How many pixels a box was off, at most.
     """
 
     frames: int
     seconds: float
     megabytes: float
-    furthest: float
 
 
-def texture(height: int, width: int, grain: int, seed: int) -> Image:
-    """Smooth noise."""
-    noise = np.random.default_rng(seed).integers(
-        0, 256, (height // grain + 1, width // grain + 1, 3), dtype=np.uint8
-    )
-    return np.asarray(cv2.resize(noise, (width, height), interpolation=cv2.INTER_CUBIC), np.uint8)
+def to_and_fro(count: int) -> Iterator[int]:
+    """Indices of so many frames from the first to the last, back, and so on without end."""
+    return itertools.cycle([*range(count), *range(count - 2, 0, -1)])
 
 
-def box_at(index: int) -> BoundingBox:
-    """Where the target is, in whole pixels."""
-    x = WIDTH / 2 + SWAY * math.sin(index / SWAY)
-    return BoundingBox(round(x), HEIGHT / 2, SIDE, SIDE)
-
-
-def pictures(frames: int) -> Iterator[Image]:
-    """The video's pictures."""
-    ground = texture(HEIGHT, WIDTH, 60, seed=1) // 2 + 60
-    target = texture(SIDE, SIDE, 16, seed=2)
-    for index in range(frames):
-        box, image = box_at(index), ground.copy()
-        x, y = int(box.x), int(box.y)
-        image[y : y + SIDE, x : x + SIDE] = target
-        yield image
-
-
-def generate(path: Path, frames: int) -> VideoJob:
+def generate(sequence: OtbSequence, path: Path, frames: int) -> VideoJob:
     """Write the video, and a job with keyframes at both ends."""
+    with open_video(sequence.folder) as source:
+        pictures = [frame.image for frame in source]
+    height, width = pictures[0].shape[:2]
+    truth = sequence.targets[0].truth[: len(pictures)] - (1, 1, 0, 0)
+    boxes = truth * (WIDTH / width, HEIGHT / height, WIDTH / width, HEIGHT / height)
+    keyframes = []
     with H264Writer(path, width=WIDTH, height=HEIGHT, frame_rate=Fraction(FRAMES_PER_S)) as writer:
-        for index, image in enumerate(pictures(frames)):
-            writer.write(image, index * STEP_NS)
-    keyframes = tuple(Keyframe(index, box_at(index)) for index in (0, frames - 1))
-    return VideoJob(path.stem, path, (Track(1, "target", keyframes),))
+        for index, place in zip(range(frames), to_and_fro(len(boxes)), strict=False):
+            large = np.asarray(cv2.resize(pictures[place], (WIDTH, HEIGHT)), np.uint8)
+            writer.write(large, index * STEP_NS)
+            if index in (0, frames - 1):
+                keyframes.append(Keyframe(index, BoundingBox(*map(float, boxes[place]))))
+    track = Track(1, sequence.name, tuple(keyframes))
+    return VideoJob(path.stem, path, (track,))
 
 
 def cost_of(job: VideoJob, output: Path, direction: str) -> Cost:
@@ -95,9 +80,7 @@ def cost_of(job: VideoJob, output: Path, direction: str) -> Cost:
     recipe = load_recipe("csv_only", [f"propagation.direction={direction}"])
     report = annotate_video(job, output, recipe, cache=False)
     (kilobytes,) = re.findall(r"VmHWM:\s+(\d+) kB", Path("/proc/self/status").read_text())
-    rows = read_mot(output / job.id / "mot.csv")
-    furthest = max(abs(row.box.x - box_at(row.frame).x) for row in rows)
-    return Cost(report.frames, report.seconds["total"], int(kilobytes) / 1000, furthest)
+    return Cost(report.frames, report.seconds["total"], int(kilobytes) / 1000)
 
 
 def start_worker() -> None:
@@ -107,21 +90,23 @@ def start_worker() -> None:
 
 
 @click.command(help=__doc__)
+@click.option("--sequences", type=click.Path(exists=True, path_type=Path), required=True)
 @click.option("--minutes", type=click.FloatRange(min=0.1), default=0.3, show_default=True)
 @click.option("--json", "json_path", type=click.Path(path_type=Path), required=True)
-def main(minutes: float, json_path: Path) -> None:
+def main(sequences: Path, minutes: float, json_path: Path) -> None:
     """Measure both, print and write the figures."""
     frames = round(60 * minutes * FRAMES_PER_S)
+    longest = max(find_sequences(sequences), key=lambda each: len(each.targets[0].truth))
     costs = {}
     with tempfile.TemporaryDirectory() as name, ProcessExecutor(1, start_worker, ()) as pool:
         folder = Path(name)
-        job = generate(folder / "long.mp4", frames)
+        job = generate(longest, folder / "long.mp4", frames)
         for direction in ("forward", "both"):
             cost = result_of(pool.submit(cost_of, job, folder / direction, direction))
             costs[direction] = cost
             print(
                 f"{direction}: {cost.frames} frames in {cost.seconds:.1f} s, "
-                f"{cost.megabytes:.0f} MB, at most {cost.furthest:.1f} pixels off"
+                f"{cost.megabytes:.0f} MB"
             )
     bars = {
         "long_video_peak_mb": costs["both"].megabytes,
