@@ -4,7 +4,8 @@
 
 FOLDER holds sequences in OTB layout. The simulated annotator draws 1, 2, 3, 5 and 10 boxes, in the
 worst frames and in the suggested ones; every other frame is a sample: what was known of its box,
-and how well it overlaps the truth. Figures are for sequences left out of the fit, one at a time.
+and how well it overlaps the truth. Tracks in both directions and linear interpolation are sampled.
+Figures are for tracks, of sequences left out of the fit, one at a time.
 ``--write`` puts coefficients fitted to all sequences into the package.
 """
 
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import click
 import numpy as np
+import numpy.typing as npt
 
 from situp_annotate.evaluation import find_sequences
 from situp_annotate.evaluation.calibration import calibration
@@ -25,10 +27,11 @@ from situp_annotate.propagation.confidence import GOOD, PRECISE
 
 _COEFFICIENTS = "confidence.json"
 
+Array = npt.NDArray[np.float64]
 
-def figures_of(samples: Samples) -> dict[str, dict[str, float]]:
-    """Figures on sequences left out, by picks and boxes drawn."""
-    probability = predict_left_out(samples, GOOD)
+
+def figures_of(samples: Samples, probability: Array) -> dict[str, dict[str, float]]:
+    """Figures by picks and boxes drawn."""
     groups = {}
     for pick in np.unique(samples.pick):
         of_pick = samples.pick == pick
@@ -65,9 +68,11 @@ def main(sequences: Path, json_path: Path, workers: int, *, write: bool) -> None
     """Simulate, fit, print the tables and write the figures."""
     found = find_sequences(sequences)
     parts = parts_folder(json_path)
-    targets = run_study(found, parts, Settings(("both",)), workers=workers)
-    samples = load_samples(parts, [target.name for target in targets])
-    figures = figures_of(samples)
+    targets = run_study(found, parts, Settings(("both", "linear")), workers=workers)
+    names = [target.name for target in targets]
+    tracked = load_samples(parts, names)
+    samples = Samples.joined([tracked, load_samples(parts, names, "linear")])
+    figures = figures_of(tracked, predict_left_out(samples, GOOD)[: len(tracked.overlap)])
     report(figures)
     coefficients = {str(overlap): fit(samples, overlap) for overlap in (GOOD, PRECISE)}
     document = {"coefficients": coefficients}

@@ -40,6 +40,8 @@ JITTERED = "_jittered"
 """Ends the names of runs in which the person draws near the truth, but not on it."""
 
 _OURS = "both"
+_SAMPLED = ("both", "linear")
+"""Methods that leave samples: all kinds of boxes come about in one or the other."""
 
 _SIMULATING = (
     *("contenders", "effort", "jitter", "metrics", "mil", "picks", "prefixes", "samples"),
@@ -108,9 +110,8 @@ class _Task:
     def part(self, method: str) -> Path:
         return self.parts / f"{self.target.name}.{method}.json"
 
-    @property
-    def samples(self) -> Path:
-        return _samples_path(self.parts, self.target.name)
+    def samples(self, method: str) -> Path:
+        return _samples_path(self.parts, self.target.name, method)
 
     def key(self, method: str) -> str:
         images = [(path.name, path.stat().st_size) for path in list_images(self.folder)]
@@ -119,8 +120,8 @@ class _Task:
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _samples_path(parts: Path, target: str) -> Path:
-    return parts / f"{target}.samples.npz"
+def _samples_path(parts: Path, target: str, method: str) -> Path:
+    return parts / f"{target}.{method}.samples.npz"
 
 
 @cache
@@ -217,7 +218,7 @@ def _simulate_target(task: _Task) -> TargetResult:
 def _read_part(task: _Task, method: str) -> MethodResult | None:
     """A result that is there, if it still holds."""
     path = task.part(method)
-    if not path.exists() or (method == _OURS and not task.samples.exists()):
+    if not path.exists() or (method in _SAMPLED and not task.samples(method).exists()):
         return None
     try:
         result = _PART.validate_json(path.read_bytes())
@@ -227,7 +228,7 @@ def _read_part(task: _Task, method: str) -> MethodResult | None:
 
 
 def _simulate_method(task: _Task, method: str, subject: Subject, cache: PassCache) -> MethodResult:
-    contender, ours = CONTENDERS[method], method == _OURS
+    contender, sampled = CONTENDERS[method], method in _SAMPLED
     collectors = {pick: SampleCollector(subject, pick) for pick in PICKS}
     last: dict[str, Situation] = {}
 
@@ -240,11 +241,12 @@ def _simulate_method(task: _Task, method: str, subject: Subject, cache: PassCach
 
     runs: dict[str, Simulation] = {}
     for pick in _picks(contender):
-        observe = observer(pick) if ours else None
+        observe = observer(pick) if sampled else None
         runs |= _run(task, subject, contender, pick, cache, observe)
-    quality = judge_track(last["worst"]) if ours else None
-    if ours:
-        Samples.joined([each.samples() for each in collectors.values()]).save(task.samples)
+    quality = judge_track(last["worst"]) if method == _OURS else None
+    if sampled:
+        samples = [collector.samples() for collector in collectors.values()]
+        Samples.joined(samples).save(task.samples(method))
     result = MethodResult(task.key(method), runs, quality)
     write_whole(task.part(method), _PART.dump_json(result, indent=2).decode() + "\n")
     return result
@@ -272,7 +274,7 @@ def _run(
     return {pick: exact, pick + JITTERED: jittered}
 
 
-def load_samples(parts: Path, targets: Sequence[str]) -> Samples:
-    """Samples that :func:`run_study` left for these targets; none of those without."""
-    paths = [_samples_path(parts, target) for target in targets]
+def load_samples(parts: Path, targets: Sequence[str], method: str = _OURS) -> Samples:
+    """Samples of ``"both"`` or ``"linear"`` that :func:`run_study` left for these targets."""
+    paths = [_samples_path(parts, target, method) for target in targets]
     return Samples.joined([Samples.load(path) for path in paths if path.exists()])
