@@ -36,7 +36,12 @@ def test_figures_tables_and_curves(tmp_path, sequences):
     assert {"boxes_vs_linear", "recall3_wins", "thin_iou"} <= set(document["bars"])
     assert plot.stat().st_size > 0
     parts = {path.name for path in (tmp_path / "effort.json.parts").iterdir()}
-    assert parts == {"corner.linear.json", "corner.both.json", "corner.samples.npz"}
+    assert parts == {
+        "corner.linear.json",
+        "corner.both.json",
+        "corner.linear.samples.npz",
+        "corner.both.samples.npz",
+    }
 
 
 def test_an_unknown_method_is_wrong_use(tmp_path, sequences):
