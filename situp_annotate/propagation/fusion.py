@@ -12,7 +12,7 @@ import numpy.typing as npt
 from situp_annotate.propagation.passes import Pass
 from situp_annotate.propagation.trust import Trust, likeliest_trust
 
-__all__ = ["Fused", "fuse", "overlaps"]
+__all__ = ["Fused", "bridge", "fuse", "overlaps"]
 
 Array = npt.NDArray[np.float64]
 
@@ -86,6 +86,28 @@ def fuse(forward: Pass, backward: Pass, shifts: Array) -> Fused:
     boxes = _cornered(path)
     boxes[0], boxes[-1] = forward.boxes[0], backward.boxes[-1]
     return Fused(boxes, trust, agreement)
+
+
+def bridge(first: Array, last: Array, shifts: Array) -> Array:
+    """Boxes (n, 4) from the first to the last, (4,) each, without looking at the picture.
+
+    They go straight in the picture, or in the scene if the object has moved less there.
+
+    Parameters
+    ----------
+    first, last : ndarray
+        (4,): x, y, width, height in pixels.
+    shifts : ndarray
+        (n, 2), as for :func:`fuse`.
+    """
+    ends = np.stack([first, last])
+    path = np.full((len(shifts), 4), np.nan)
+    path[[0, -1]] = _centered(ends)
+    moved, scene = path[-1, :2] - path[0, :2], np.cumsum(shifts, axis=0) - shifts[0]
+    with_scene = np.hypot(*(moved - scene[-1])) < np.hypot(*moved)
+    boxes = _cornered(_bridged(path, scene if with_scene else np.zeros_like(scene)))
+    boxes[[0, -1]] = ends
+    return boxes
 
 
 def _scene(path: Array, shifts: Array) -> Array:

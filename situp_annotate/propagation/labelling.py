@@ -7,14 +7,14 @@ import numpy.typing as npt
 from scipy.ndimage import median_filter
 
 from situp_annotate.propagation.confidence import Evidence, Kind, probability
-from situp_annotate.propagation.fusion import fuse, overlaps
+from situp_annotate.propagation.fusion import bridge, fuse, overlaps
 from situp_annotate.propagation.labels import Stretch
 from situp_annotate.propagation.passes import Pass
 from situp_annotate.propagation.spans import Span
 from situp_annotate.propagation.trust import Trust
 from situp_annotate.types import BoundingBox, Provenance, State
 
-__all__ = ["label_closed", "label_interpolated", "label_open"]
+__all__ = ["label_bridged", "label_closed", "label_interpolated", "label_open"]
 
 Array = npt.NDArray[np.float64]
 Codes = npt.NDArray[np.int64]
@@ -72,6 +72,22 @@ def label_closed(span: Span, forward: Pass, backward: Pass | None, shifts: Array
     )
     kinds = _KIND_OF_TRUST[fused.trust]
     return _stretch(span, fused.boxes, kinds, signals, agreement=fused.agreement, met=met)
+
+
+def label_bridged(span: Span, shifts: Array) -> Stretch:
+    """Label a span in which the object is hidden: its boxes go straight, in the moving scene.
+
+    Parameters
+    ----------
+    span : Span
+        Of n frames, with a keyframe at either end.
+    shifts : ndarray
+        (n, 2), the scene's motion; see :func:`fuse`.
+    """
+    first, last = (np.array(_row(end.box if end else None)) for end in (span.before, span.after))
+    boxes = bridge(first, last, shifts)
+    nothing = np.full(len(boxes), np.nan)
+    return _stretch(span, boxes, _codes(Kind.BRIDGED, len(boxes)), _Signals(*[nothing] * 3))
 
 
 def label_open(span: Span, one: Pass) -> Stretch:

@@ -1,20 +1,19 @@
 """The narrow waist of the house: pictures and keyframes in, labels out."""
 
-from collections.abc import Callable, Iterable, Iterator, MutableMapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import partial
 
-import numpy as np
-import numpy.typing as npt
-
-from situp_annotate.propagation.camera import CameraMotion
 from situp_annotate.propagation.footage import Footage
 from situp_annotate.propagation.interpolation import interpolate
-from situp_annotate.propagation.labelling import label_closed, label_interpolated, label_open
+from situp_annotate.propagation.labelling import (
+    label_bridged,
+    label_closed,
+    label_interpolated,
+    label_open,
+)
 from situp_annotate.propagation.labels import Labels, Skip, Stretch, TrackLabels
 from situp_annotate.propagation.options import PropagationOptions
-from situp_annotate.propagation.passes import Follower, Pass, TrackerFactory
+from situp_annotate.propagation.passes import TrackerFactory
 from situp_annotate.propagation.spans import (
     PassKey,
     Span,
@@ -23,36 +22,11 @@ from situp_annotate.propagation.spans import (
     runs,
     spans,
 )
+from situp_annotate.propagation.walking import PassCache, Survey, Walker
 from situp_annotate.tracking import SitupTracker
-from situp_annotate.types import Extend, Frame, Keyframe, Method, Track
+from situp_annotate.types import Extend, Keyframe, Method, Track
 
-__all__ = ["PassCache", "Survey", "propagate"]
-
-_AHEAD_BYTES = 32 * 2**20
-_MOST_AHEAD = 64
-
-PassCache = MutableMapping[PassKey, Pass]
-"""Keeps passes from one call to the next; of the same video, tracker and version only."""
-
-Shift = tuple[float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Survey:
-    """What one walk through the footage tells, whatever the tracks.
-
-    Attributes
-    ----------
-    shifts : ndarray
-        (frames, 2): how far the scene moved in x and y since the frame before, in pixels.
-    """
-
-    shifts: npt.NDArray[np.float64]
-
-    @property
-    def frame_count(self) -> int:
-        """Frames of the footage."""
-        return len(self.shifts)
+__all__ = ["propagate"]
 
 
 def propagate(
@@ -72,7 +46,8 @@ def propagate(
     Between two keyframes of a track the object is tracked forward from the earlier and backward
     from the later, and both passes are fused; after the last it is tracked forward. A keyframe's
     own frame has the box that the person drew, to the digit. The labels between two keyframes
-    depend on these two alone. From an ``outside`` keyframe to the next keyframe with a box, and
+    depend on these two alone. Where the person says that the object is hidden until the next box,
+    it is not tracked but bridged. From an ``outside`` keyframe to the next keyframe with a box, and
     before the first, the track has no boxes (unless it is extended).
 
     Parameters
@@ -106,7 +81,7 @@ def propagate(
     options = options or PropagationOptions()
     passes: PassCache = {} if cache is None else cache
     plans = [_Plan(track, options, footage.size_hw) for track in _by_id(tracks)]
-    with _Walker(threads, tracker, passes, on_frame) as walker:
+    with Walker(threads, tracker, passes, on_frame) as walker:
         if survey is None:
             survey = walker.survey(footage, [plan.forward_passes() for plan in plans])
         if on_survey is not None:
@@ -185,157 +160,18 @@ class _Plan:
         forward = {key.frame: key for key in self.forward_passes()}
         backward = {key.frame: key for key in self.backward_passes()}
         count = span.stop - span.start
+        shifts = survey.shifts[span.start : span.stop]
+        if span.is_hidden:
+            return label_bridged(span, shifts)
         if span.before is None:
             return label_open(span, passes[backward[span.stop - 1]].reversed())
         ahead = passes[forward[span.start]]
         if span.after is None:
             return label_open(span, ahead.head(count))
         behind = passes[backward[span.stop - 1]].reversed() if self._both else None
-        return label_closed(span, ahead, behind, survey.shifts[span.start : span.stop])
+        return label_closed(span, ahead, behind, shifts)
 
     def _drawn_span(self, span: Span) -> Stretch:
         ends = [keyframe for keyframe in (span.before, span.after) if keyframe is not None]
         run = next(run for run in runs(self._keyframes) if ends[0] in run)
         return label_interpolated(span, interpolate(run, self._method, span.start, span.stop))
-
-
-class _Walker:
-    """Walks through footage and makes passes on the way: a context manager."""
-
-    def __init__(
-        self,
-        threads: int,
-        tracker: TrackerFactory,
-        passes: PassCache,
-        on_frame: Callable[[], None] | None,
-    ) -> None:
-        self._pool: Executor | None = ThreadPoolExecutor(threads) if threads > 1 else None
-        self._tracker = tracker
-        self._passes = passes
-        self._on_frame = on_frame
-
-    def __enter__(self) -> "_Walker":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._pool is not None:
-            self._pool.shutdown(cancel_futures=True)
-
-    def survey(self, footage: Footage, keys: list[list[PassKey]]) -> Survey:
-        """Walk forward through everything, and see how the scene moves."""
-        camera = CameraMotion()
-        shifts: list[Shift] = []
-
-        def see(frame: Frame) -> Shift:
-            shifts.append(camera(frame.image))
-            return shifts[-1]
-
-        self._walk(footage.forward(), self._missing(keys), see)
-        return Survey(np.array(shifts, np.float64).reshape(-1, 2))
-
-    def forward(self, footage: Footage, keys: list[list[PassKey]], survey: Survey) -> None:
-        """Walk forward as far as passes are missing."""
-        missing = self._missing(keys)
-        last = [
-            survey.frame_count - 1 if key.last is None else key.last for m in missing for key in m
-        ]
-        if last:
-            frames = (frame for frame in footage.forward() if frame.index <= max(last))
-            self._walk(frames, missing, lambda frame: _shift(survey, frame.index))
-
-    def backward(self, footage: Footage, keys: list[list[PassKey]], survey: Survey) -> None:
-        """Walk backward through the stretches for which passes are missing."""
-        missing = self._missing(keys)
-        for start, stop in _stretches(key for m in missing for key in m):
-            frames = footage.backward(start, stop)
-            self._walk(frames, missing, lambda frame: _shift(survey, frame.index + 1, -1.0))
-
-    def _missing(self, keys: list[list[PassKey]]) -> list[list[PassKey]]:
-        return [[key for key in of_track if key not in self._passes] for of_track in keys]
-
-    def _walk(
-        self, frames: Iterable[Frame], keys: list[list[PassKey]], see: Callable[[Frame], Shift]
-    ) -> None:
-        """Feed every track's passes with the frames."""
-        runners = [_Runner(of_track, self._tracker) for of_track in keys if of_track]
-        follow = self._pool.map if self._pool is not None else map
-        for batch in _batches(frames, _AHEAD_BYTES if self._pool is not None else 0):
-            seen = [(frame, see(frame)) for frame in batch]
-            for _ in follow(partial(_feed, seen), runners):
-                pass
-            if self._on_frame is not None:
-                for _ in batch:
-                    self._on_frame()
-        for runner in runners:
-            self._passes.update(runner.finish())
-
-
-def _shift(survey: Survey, index: int, sign: float = 1.0) -> Shift:
-    """Motion of the scene into a frame; none into the first, or past the last."""
-    if not 0 < index < survey.frame_count:
-        return 0.0, 0.0
-    x, y = survey.shifts[index]
-    return sign * float(x), sign * float(y)
-
-
-def _stretches(keys: Iterable[PassKey]) -> list[tuple[int, int]]:
-    """Stretches (start, stop) that backward passes cover together, the last first."""
-    merged: list[tuple[int, int]] = []
-    wanted = sorted(
-        ((key.last, key.frame + 1) for key in keys if key.last is not None),
-        reverse=True,
-        key=lambda stretch: stretch[1],
-    )
-    for start, stop in wanted:
-        if merged and stop > merged[-1][0]:
-            merged[-1] = (min(start, merged[-1][0]), merged[-1][1])
-        else:
-            merged.append((start, stop))
-    return merged
-
-
-def _batches(frames: Iterable[Frame], size: int) -> Iterator[list[Frame]]:
-    """Gather frames up to a number of bytes, one at least."""
-    batch: list[Frame] = []
-    for frame in frames:
-        batch.append(frame)
-        if (len(batch) + 1) * frame.image.nbytes > size or len(batch) == _MOST_AHEAD:
-            yield batch
-            batch = []
-    if batch:
-        yield batch
-
-
-def _feed(seen: Sequence[tuple[Frame, Shift]], runner: "_Runner") -> None:
-    for frame, shift_xy in seen:
-        runner.step(frame, shift_xy)
-
-
-class _Runner:
-    """Makes the passes of one track that go in one direction."""
-
-    def __init__(self, keys: Sequence[PassKey], tracker: TrackerFactory) -> None:
-        self._keys = {key.frame: key for key in keys}
-        self._make_tracker = tracker
-        self._following: dict[PassKey, Follower] = {}
-        self._done: dict[PassKey, Pass] = {}
-
-    def step(self, frame: Frame, shift_xy: Shift) -> None:
-        """Take the next frame."""
-        for key, follower in list(self._following.items()):
-            follower.step(frame.image, shift_xy)
-            if frame.index == key.last:
-                self._done[key] = self._following.pop(key).finish()
-        begun = self._keys.get(frame.index)
-        if begun is not None:
-            keyframe = Keyframe(begun.frame, begun.box)
-            self._following[begun] = Follower(
-                keyframe, frame.image, self._make_tracker, search=begun.open
-            )
-            if begun.last == begun.frame:
-                self._done[begun] = self._following.pop(begun).finish()
-
-    def finish(self) -> dict[PassKey, Pass]:
-        """All passes, those included that the footage's end cut short."""
-        cut_short = {key: follower.finish() for key, follower in self._following.items()}
-        return self._done | cut_short

@@ -52,6 +52,11 @@ class Span:
     before: Keyframe | None
     after: Keyframe | None
 
+    @property
+    def is_hidden(self) -> bool:
+        """Whether the person says that the object is hidden from one box to the other."""
+        return self.before is not None and self.after is not None and self.before.occluded
+
 
 def _pairs(keyframes: Sequence[Keyframe]) -> Iterator[tuple[Keyframe, Keyframe | None]]:
     """Each keyframe with the next one."""
@@ -59,7 +64,7 @@ def _pairs(keyframes: Sequence[Keyframe]) -> Iterator[tuple[Keyframe, Keyframe |
 
 
 def forward_passes(keyframes: Sequence[Keyframe]) -> list[PassKey]:
-    """The passes to make forward, one for each keyframe with a box.
+    """The passes to make forward: one for each keyframe with a box, unless hidden until the next.
 
     A pass goes up to and into the next keyframe, to see how well it meets the box there.
     """
@@ -68,6 +73,8 @@ def forward_passes(keyframes: Sequence[Keyframe]) -> list[PassKey]:
         if keyframe.box is None:
             continue
         closed = after is not None and after.box is not None
+        if closed and keyframe.occluded:
+            continue
         last = after.frame - (0 if closed else 1) if after is not None else None
         passes.append(PassKey(keyframe.frame, keyframe.box, last, not closed))
     return passes
@@ -78,7 +85,8 @@ def backward_passes(keyframes: Sequence[Keyframe], *, extend: bool) -> list[Pass
     passes = [
         PassKey(after.frame, after.box, before.frame, False)
         for before, after in _pairs(keyframes)
-        if before.box is not None and after is not None and after.box is not None
+        if before.box is not None and not before.occluded
+        if after is not None and after.box is not None
     ]
     first = keyframes[0] if keyframes else None
     if extend and first is not None and first.box is not None and first.frame > 0:

@@ -85,6 +85,17 @@ def test_occluded_holds_until_the_next_keyframe():
     ]  # fmt: skip
 
 
+def test_what_is_hidden_from_one_box_to_the_next_is_bridged_and_not_tracked():
+    track = Track(1, "a", (Keyframe(0, BOX, occluded=True), Keyframe(4, OTHER)))
+    points, _ = label(track, 5)
+    assert Sliding.starts == 1  # from the second box on
+    assert [point.box.x + point.box.width / 2 for point in points] == pytest.approx(
+        [14, 18.75, 23.5, 28.25, 33]
+    )
+    assert [point.state for point in points] == [State.OCCLUDED] * 4 + [State.VISIBLE]
+    assert [point.provenance for point in points[1:4]] == [Provenance.INTERPOLATED] * 3
+
+
 @pytest.mark.parametrize("method", [Method.LINEAR, Method.CUBIC, Method.HOLD])
 def test_methods_without_a_tracker(method):
     track = Track(1, "a", (Keyframe(0, BOX), Keyframe(4, OTHER)), method=method)

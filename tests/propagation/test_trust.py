@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from situp_annotate.propagation.fusion import fuse, overlaps
+from situp_annotate.propagation.fusion import bridge, fuse, overlaps
 from situp_annotate.propagation.passes import Pass
 from situp_annotate.propagation.trust import Trust
 
@@ -110,3 +110,13 @@ def test_a_longer_stretch_does_not_change_who_is_trusted_far_away():
     forward = a_pass(np.minimum(truth, 20), np.where(truth > 20, 0.05, 0.6))
     fused = fuse(forward, a_pass(truth, 0.6, backward=True), still(700))
     assert (fused.trust[200:] == Trust.BACKWARD).all()
+
+
+def test_a_bridge_between_two_boxes_goes_with_the_scene_if_the_object_moved_less_there():
+    shifts = np.tile([3.0, 0.0], (11, 1))
+    first, with_scene, on_screen = (np.array([x, 5.0, 10.0, 10.0]) for x in (20.0, 52.0, 22.0))
+    shifts[5] = [-7.0, 0.0]  # 20 in all
+    scene = np.cumsum(shifts[:, 0]) - shifts[0, 0]
+    expected = 20 + scene + np.linspace(0, 12, 11)
+    assert bridge(first, with_scene, shifts)[:, 0] == pytest.approx(expected)
+    assert bridge(first, on_screen, shifts)[:, 0] == pytest.approx(np.linspace(20, 22, 11))
