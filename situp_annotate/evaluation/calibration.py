@@ -40,7 +40,7 @@ def calibration(confidence: Array, overlap: Array) -> Calibration:
     Parameters
     ----------
     confidence : ndarray
-        (n,), in [0, 1]; n ≥ 1.
+        (n,), in [0, 1]; without any, all figures are NaN.
     overlap : ndarray
         (n,), with the truth; a box is right if it is at least 0.5.
     """
@@ -59,6 +59,8 @@ def _auroc(confidence: Array, right: npt.NDArray[np.bool_]) -> float:
 
 
 def _expected_error(confidence: Array, right: npt.NDArray[np.bool_]) -> float:
+    if len(confidence) == 0:
+        return float("nan")
     bins = np.minimum((confidence * _BINS).astype(int), _BINS - 1)
     surplus = np.bincount(bins, weights=confidence - right, minlength=_BINS)
     return float(np.abs(surplus).sum() / len(confidence))

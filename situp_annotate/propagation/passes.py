@@ -1,6 +1,5 @@
 """One pass of a tracker over a stretch of video, from a keyframe on, in either direction."""
 
-import copy
 import statistics
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -145,7 +144,7 @@ class _Searcher:
     """Notices that a target is lost, and searches for it."""
 
     def __init__(self, tracker: SitupTracker) -> None:
-        self._template = copy.deepcopy(tracker)
+        self._template = tracker.copy()
         self._odds = _SURE
         self._peaks: deque[float] = deque(maxlen=_USUAL)
         self._doubtful = 0
@@ -206,7 +205,7 @@ class _Searcher:
             return Estimate(seen, seen, best.apce, best.peak, best.scale), None
         self.is_lost, self._frames_lost = False, 0
         self._odds, self._doubtful, self._last_seen = 0.0, 0, best.fine_box
-        tracker = copy.deepcopy(self._template)
+        tracker = self._template.copy()
         tracker.place(best.box)
         return best, tracker
 

@@ -5,6 +5,7 @@ Names that end in ``_f`` are half spectra of real arrays: those of single maps a
 (rows, 2, columns // 2 + 1, channels), as :mod:`situp_annotate.tracking.fourier` gives them.
 """
 
+import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -131,6 +132,14 @@ class CorrelationFilter:
         self.model = Model(
             np.zeros_like(self._labels_f), np.zeros(spectrum_shape, np.float32), scale
         )
+
+    def copy(self) -> "CorrelationFilter":
+        """A filter that has learnt the same and goes on learning by itself; scratch is shared."""
+        twin = copy.copy(self)
+        twin.model = Model(
+            self.model.alpha_f.copy(), self.model.template_f.copy(), self.model.scale
+        )
+        return twin
 
     def learn(self, x_f: Real, rate: float) -> None:
         """Update the model, equations (7) and (11).

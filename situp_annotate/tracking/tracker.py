@@ -7,6 +7,7 @@ energy. Equation numbers are that paper's. Where it is silent, the authors' publ
 decides; the places are named in the modules of this package.
 """
 
+import copy
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -172,6 +173,12 @@ class SitupTracker:
         """
         self._target_for(image).learn(image, box)
 
+    def copy(self) -> "SitupTracker":
+        """A tracker of the same target that goes its own way, in the same thread only."""
+        twin = copy.copy(self)
+        twin._target = self._initialised().copy()
+        return twin
+
     def _initialised(self) -> "_Target":
         if self._target is None:
             raise TrackingError("The tracker has no target yet: call init(image, box) first.")
@@ -223,6 +230,14 @@ class _Target:
         # Numbers of the windows searched last, by the steps between their samples.
         self._searched: dict[tuple[float, float], int] = {}
         self.learn(image, self._placement)
+
+    def copy(self) -> "_Target":
+        """Share what stays the same, and the window's scratch; copy what changes."""
+        twin = copy.copy(self)
+        twin._filter, twin._spectra, twin._searched = (
+            self._filter.copy(), np.empty_like(self._spectra), {},
+        )  # fmt: skip
+        return twin
 
     def update(self, image: Image, shift_xy: tuple[float, float]) -> Estimate:
         """Algorithm 1 of the paper, from the better of two places when the scene has moved."""

@@ -163,3 +163,16 @@ def test_a_target_that_stays_while_the_scene_moves_is_kept():
     tracker.init(image, BoundingBox(80, 60, 40, 32))
     for _ in range(3):  # more than once: spectra of the place that lost must not be learnt
         assert tracker.update(image, (30.0, 20.0)).box == BoundingBox(80, 60, 40, 32)
+
+
+def test_a_copy_goes_its_own_way():
+    image = textured()
+    tracker = SitupTracker()
+    tracker.init(image, BoundingBox(80, 60, 40, 32))
+    twin = tracker.copy()
+    before = twin.locate(np.roll(image, 4, 1))
+    for _ in range(3):
+        tracker.update(textured(seed=1))
+    assert twin.locate(np.roll(image, 4, 1)) == before
+    assert twin.update(np.roll(image, 4, 1)) == before
+    assert tracker.locate(image) != before
