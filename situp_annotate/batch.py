@@ -22,11 +22,11 @@ from situp_annotate.outcomes import VideoFailure, VideoReport
 from situp_annotate.pipeline import annotate_video, versions
 from situp_annotate.progress import BatchProgress, FrameCounters
 from situp_annotate.recipe import Recipe
+from situp_annotate.results import BATCH_FILE
 from situp_annotate.types import VideoJob
 
-__all__ = ["BATCH_FILE", "BatchReport", "Outcome", "annotate_batch", "core_count"]
+__all__ = ["BatchReport", "Outcome", "annotate_batch", "core_count"]
 
-BATCH_FILE = "batch.json"
 _POLL_S = 0.2
 
 Outcome = VideoReport | VideoFailure

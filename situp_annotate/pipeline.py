@@ -13,6 +13,7 @@ from situp_annotate.formats.staging import staged_folder, write_whole
 from situp_annotate.outcomes import CacheUse, VideoReport
 from situp_annotate.propagation import Labels, Survey, propagate
 from situp_annotate.recipe import Recipe
+from situp_annotate.results import SUMMARY_FILE
 from situp_annotate.stages import (
     FrameProgress,
     OnProgress,
@@ -27,7 +28,6 @@ from situp_annotate.writing import OUTPUTS, write_labels
 
 __all__ = ["annotate_video", "versions"]
 
-_SUMMARY = "summary.json"
 _BYTES_PER_MB = 2**20
 
 
@@ -60,7 +60,7 @@ def _propagate(
 
     def expect(count: int, *, surveyed: bool) -> None:
         left = frames_to_walk(job.tracks, options, count, cache.passes, surveyed=surveyed)
-        progress.expect(left + (count if recipe.outputs.overlay else 0))
+        progress.expect(left + (count if recipe.outputs.show_pictures else 0))
 
     def on_survey(found: Survey) -> None:
         if survey is None:
@@ -82,7 +82,6 @@ def _propagate(
             on_frame=progress.step,
             on_survey=on_survey,
         )
-        progress.expect(labels.frame_count if recipe.outputs.overlay else 0)
         return labels, footage.walk
 
 
@@ -132,7 +131,7 @@ def annotate_video(
     """
     recipe, output = recipe or Recipe(), Path(output)
     watch, progress = Stopwatch(), FrameProgress(on_progress)
-    replaceable = OUTPUTS | {_SUMMARY} if overwrite else None
+    replaceable = OUTPUTS if overwrite else None
     with staged_folder(output / job.id, replaceable=replaceable) as folder:
         with watch.stage("hash"):
             sha256 = fingerprint(job.path)
@@ -150,13 +149,13 @@ def annotate_video(
             tracks=written.tracks,
             skipped=labels.skipped,
             findings=walk.findings,
-            outputs=(*written.outputs, _SUMMARY),
+            outputs=(*written.outputs, SUMMARY_FILE),
             cache=CacheUse(len(kept.passes.used), kept.passes.reused),
             seconds=watch.finish(),
         )
         details = {"recipe": recipe.as_dict(), "versions": versions()}
         summary_json = json.dumps({**report.as_dict(), **details}, indent=2, ensure_ascii=False)
-        write_whole(folder / _SUMMARY, summary_json + "\n")
+        write_whole(folder / SUMMARY_FILE, summary_json + "\n")
     kept.drop_unused()
     progress.finish()
     return report

@@ -17,6 +17,8 @@ from typing import Any, Literal, get_type_hints
 from pydantic import TypeAdapter, ValidationError
 
 from situp_annotate.errors import RecipeError, TrackingError
+from situp_annotate.formats.export_options import ExportOptions
+from situp_annotate.formats.exporting import EXPORTERS
 from situp_annotate.formats.overlay import OverlayOptions
 from situp_annotate.propagation import PropagationOptions
 from situp_annotate.tracking import TrackerParams
@@ -30,6 +32,12 @@ __all__ = [
     "load_recipe",
     "recipe_names",
 ]
+
+
+def _nearest(name: str, names: Sequence[str]) -> str:
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    return f"{hint}Known are {', '.join(sorted(names))}."
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +56,36 @@ class DecodingOptions:
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """Which files are written for each video."""
+    """What is written for each video, besides its labels and summary.
+
+    Attributes
+    ----------
+    mot, mcap, overlay : bool
+        Whether to write ``mot.csv``, ``annotations.mcap`` and ``overlay.mp4``.
+    exports : tuple of str
+        Formats to export the labels to, as ``situp-annotate export`` does.
+
+    Raises
+    ------
+    RecipeError
+        If a format is not known.
+    """
 
     mot: bool = True
     mcap: bool = True
     overlay: bool = True
+    exports: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in self.exports:
+            if name not in EXPORTERS:
+                hint = _nearest(name, [*EXPORTERS])
+                raise RecipeError(f"exports = {name!r} is not a format; {hint}")
+
+    @property
+    def show_pictures(self) -> bool:
+        """Whether the video is likely to be decoded once more, for what shows its pictures."""
+        return self.overlay or self.mcap
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +114,7 @@ class Recipe:
     outputs: Outputs = field(default_factory=Outputs)
     mot: MotOptions = field(default_factory=MotOptions)
     overlay: OverlayOptions = field(default_factory=OverlayOptions)
+    export: ExportOptions = field(default_factory=ExportOptions)
 
     def as_dict(self) -> dict[str, Any]:
         """Every value in force, as plain JSON data."""
@@ -107,12 +141,6 @@ def _folder() -> Path:
 def recipe_names() -> list[str]:
     """Names of the ready-made recipes, sorted."""
     return sorted(path.stem for path in _folder().glob("*.toml"))
-
-
-def _nearest(name: str, names: Sequence[str]) -> str:
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    hint = f"did you mean {close[0]!r}? " if close else ""
-    return f"{hint}Known are {', '.join(sorted(names))}."
 
 
 def _find(name: str | Path) -> Path:

@@ -7,6 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from situp_annotate.errors import VideoError
+from situp_annotate.formats.exporting import EXPORTERS
+from situp_annotate.formats.labels_csv import LabelsCsvSink
 from situp_annotate.formats.manifest import dump_manifest
 from situp_annotate.formats.mcap_log import McapSink
 from situp_annotate.formats.mot import MotSink
@@ -17,6 +19,7 @@ from situp_annotate.formats.staging import write_whole
 from situp_annotate.outcomes import TrackSummary
 from situp_annotate.propagation import Labels, suggest
 from situp_annotate.recipe import Recipe
+from situp_annotate.results import LABELS_FILE, MANIFEST_FILE, SUMMARY_FILE, labelled_video
 from situp_annotate.stages import FrameProgress, Stopwatch
 from situp_annotate.types import Frame, TrackPoint, VideoInfo, VideoJob
 from situp_annotate.video import ForwardWalk, open_video
@@ -28,8 +31,10 @@ _MCAP = "annotations.mcap"
 _OVERLAY = "overlay.mp4"
 _REVIEW = "review.csv"
 
-OUTPUTS = frozenset({_MOT, _MCAP, _OVERLAY, _REVIEW})
-"""Names of all files that may be written."""
+OUTPUTS = frozenset(
+    {_MOT, _MCAP, _OVERLAY, _REVIEW, LABELS_FILE, MANIFEST_FILE, SUMMARY_FILE, *EXPORTERS}
+)
+"""Names of everything that a video's folder may hold."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +44,7 @@ class Written:
     Attributes
     ----------
     outputs : tuple of str
-        Names of the files.
+        Names of the files, and of the folders that exports are in.
     tracks : tuple of TrackSummary
         What became of each track, by id.
     """
@@ -70,7 +75,8 @@ def _open_sinks(
 
     The stack finishes them in reverse: the CSV is complete before the MCAP attaches it.
     """
-    sinks: dict[str, Sink] = {}
+    labels_csv = LabelsCsvSink(folder / LABELS_FILE, tracks=job.tracks)
+    sinks: dict[str, Sink] = {LABELS_FILE: stack.enter_context(labels_csv)}
     if recipe.outputs.mcap:
         manifest = dump_manifest([job], job.path.parent).encode()
         attachments: dict[str, Path | bytes] = {"manifest.json": manifest}
@@ -95,13 +101,10 @@ def _open_sinks(
     return sinks
 
 
-def _frames(
-    job: VideoJob, recipe: Recipe, walk: ForwardWalk, watch: Stopwatch, progress: FrameProgress
+def _decoded(
+    job: VideoJob, recipe: Recipe, watch: Stopwatch, progress: FrameProgress
 ) -> Iterator[Frame]:
-    """The frames to write; the video is decoded again only if its pictures are to be seen."""
-    if not recipe.outputs.overlay:
-        yield from walk.frames()
-        return
+    """The frames with their pictures, decoded once more."""
     with watch.stage("open"):
         source = open_video(job.path, incomplete=recipe.decoding.incomplete)
     with source:
@@ -138,6 +141,16 @@ def _write_review(path: Path, tracks: Sequence[TrackSummary], walk: ForwardWalk)
     suggestions = [each for track in tracks for each in track.review]
     labels = {track.id: track.label for track in tracks}
     write_whole(path, review_csv(suggestions, labels, walk.times_ns))
+
+
+def _export(folder: Path, job: VideoJob, recipe: Recipe, walk: ForwardWalk) -> None:
+    """Write the exports that the recipe asks for, as `situp-annotate export` does later."""
+    if not recipe.outputs.exports:
+        return
+    video = labelled_video(folder, job, walk.info, len(walk.times_ns))
+    for name in recipe.outputs.exports:
+        (folder / name).mkdir()
+        EXPORTERS[name].write([video], folder / name, recipe.export)
 
 
 def write_labels(
@@ -177,7 +190,9 @@ def write_labels(
         summaries = _summaries(job, labels, (walk.info.height, walk.info.width))
     with ExitStack() as stack:
         sinks = _open_sinks(folder, job, recipe, walk.info, sha256, stack)
-        frames = _frames(job, recipe, walk, watch, progress)
+        pictures = any(sink.wants_pictures for sink in sinks.values())
+        progress.expect(labels.frame_count if pictures else 0)
+        frames = _decoded(job, recipe, watch, progress) if pictures else walk.frames()
         for frame, points in _labelled(frames, labels, job.path):
             for name, sink in sinks.items():
                 with watch.stage(name):
@@ -189,4 +204,8 @@ def write_labels(
             stack.close()
     tracks = tuple(summaries.values())
     _write_review(folder / _REVIEW, tracks, walk)
-    return Written((*sorted([*sinks, _REVIEW]),), tracks)
+    write_whole(folder / MANIFEST_FILE, dump_manifest([job], folder))
+    with watch.stage("export"):
+        _export(folder, job, recipe, walk)
+    outputs = [*sinks, _REVIEW, MANIFEST_FILE, *recipe.outputs.exports]
+    return Written(tuple(sorted(outputs)), tracks)

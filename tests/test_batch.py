@@ -75,7 +75,7 @@ def test_one_bad_video_never_costs_another(damaged, tmp_path):
     left = sorted(path.name for path in (tmp_path / "out").iterdir())
     assert left == [".cache", "av1", "batch.json", "good"]
     for name in ("av1", "good"):
-        assert len(list((tmp_path / "out" / name).iterdir())) == 5
+        assert (tmp_path / "out" / name / "overlay.mp4").stat().st_size > 1000
 
 
 def test_batch_json_tells_all(damaged, tmp_path):

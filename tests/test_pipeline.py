@@ -36,7 +36,8 @@ def test_all_outputs_are_there_and_nothing_else(done):
     report, folder = done
     assert sorted(path.name for path in folder.iterdir()) == sorted(report.outputs)
     assert set(report.outputs) == {
-        "mot.csv", "annotations.mcap", "overlay.mp4", "review.csv", "summary.json",
+        "annotations.mcap", "labels.csv", "manifest.json", "mot.csv", "overlay.mp4", "review.csv",
+        "summary.json",
     }  # fmt: skip
     assert sorted(path.name for path in folder.parent.iterdir()) == [".cache", "patch"]
 
@@ -94,7 +95,8 @@ def test_the_mcap_carries_a_manifest_that_runs_again(done, clip, tmp_path):
 
 def test_recipe_chooses_the_outputs(clip, tmp_path):
     report = annotate_video(job_of(clip), tmp_path, load_recipe("csv_only"))
-    assert report.outputs == ("mot.csv", "review.csv", "summary.json")
+    always = {"labels.csv", "manifest.json", "review.csv", "summary.json"}
+    assert set(report.outputs) == {*always, "mot.csv"}
     assert sorted(path.name for path in (tmp_path / "patch").iterdir()) == [*report.outputs]
 
 

@@ -19,6 +19,7 @@ from mcap.writer import CompressionType, Writer
 from mcap_protobuf.schema import register_schema
 
 from situp_annotate.formats.appearance import caption, track_color
+from situp_annotate.formats.outside import OutsideTracks
 from situp_annotate.formats.track_states import TrackStates, track_states
 from situp_annotate.types import (
     NS_PER_S,
@@ -90,8 +91,7 @@ class McapSink:
         self._attachments = attachments
         self._thickness = max(1.0, info.height / 360)
         self._font_size = max(10.0, info.height / 36)
-        self._leaving = {(t.id, k.frame) for t in tracks for k in t.keyframes if k.box is None}
-        self._outside: set[int] = set()
+        self._outside = OutsideTracks(tracks)
         self._frames = 0
         self._last_ns = 0
         self._file = path.open("wb")
@@ -108,6 +108,11 @@ class McapSink:
             )
         }
 
+    @property
+    def wants_pictures(self) -> bool:
+        """Whether frames must come with their pictures."""
+        return False
+
     def write(self, frame: Frame, points: Sequence[TrackPoint]) -> None:
         """Add one frame: annotations and states, empty ones too, so that old boxes vanish."""
         if self._frames == 0:
@@ -117,17 +122,11 @@ class McapSink:
             self._log(frame.pts_ns, Log.WARNING, finding.message)
         pairs = [(self._tracks[point.track_id], point) for point in points]
         self._add(ANNOTATIONS_TOPIC, self._annotations(frame, pairs), frame.pts_ns)
-        outside = self._note_outside(frame, points)
+        outside = self._outside.at(frame, points)
         states = track_states(frame, pairs, outside, _timestamp(frame.pts_ns))
         self._add(TRACKS_TOPIC, states, frame.pts_ns)
         self._frames += 1
         self._last_ns = frame.pts_ns
-
-    def _note_outside(self, frame: Frame, points: Sequence[TrackPoint]) -> list[Track]:
-        """Tracks outside from their ``outside`` keyframe to their next box, by id."""
-        self._outside |= {id_ for id_ in self._tracks if (id_, frame.index) in self._leaving}
-        self._outside -= {point.track_id for point in points}
-        return [self._tracks[track_id] for track_id in sorted(self._outside)]
 
     def _annotations(self, frame: Frame, pairs: list[tuple[Track, TrackPoint]]) -> ImageAnnotations:
         timestamp = _timestamp(frame.pts_ns)

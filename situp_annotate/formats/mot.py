@@ -69,6 +69,11 @@ class MotSink:
         self._origin = pixel_origin
         self._states = frozenset(states)
 
+    @property
+    def wants_pictures(self) -> bool:
+        """False: rows are numbers only."""
+        return False
+
     def write(self, frame: Frame, points: Sequence[TrackPoint]) -> None:
         """Add the rows of one frame."""
         for point in points:

@@ -82,6 +82,11 @@ class OverlaySink:
             pixel_aspect_ratio=info.pixel_aspect_ratio,
         )
 
+    @property
+    def wants_pictures(self) -> bool:
+        """True: they are what is drawn on."""
+        return True
+
     def write(self, frame: Frame, points: Sequence[TrackPoint]) -> None:
         """Draw the labels of one frame and encode it at its time."""
         pairs = [(self._tracks[point.track_id], point) for point in points]

@@ -17,11 +17,17 @@ class Sink(Protocol):
     the pipeline's work folder and need not care for atomic replacement.
     """
 
+    @property
+    def wants_pictures(self) -> bool:
+        """Whether frames must come with their pictures.
+
+        If no sink wants them, frames come with images of 0 × 0 pixels, and nothing is decoded.
+        """
+
     def write(self, frame: Frame, points: Sequence[TrackPoint]) -> None:
         """Add one frame and the labels on it (none on a frame without objects).
 
-        Frames come in order; points are sorted by track id, at most one a track. Unless the
-        overlay is made, frames come without their pictures: images of 0 × 0 pixels.
+        Frames come in order; points are sorted by track id, at most one a track.
         """
 
     def __enter__(self) -> Self: ...

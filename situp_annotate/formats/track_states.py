@@ -35,12 +35,10 @@ from typing import Any
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
 
+from situp_annotate.formats.outside import OUTSIDE
 from situp_annotate.types import Frame, Provenance, Track, TrackPoint
 
-__all__ = ["OUTSIDE", "TrackStates", "track_states"]
-
-OUTSIDE = "outside"
-"""State of an object that has left the picture: no box is in this state."""
+__all__ = ["TrackStates", "track_states"]
 
 _Field = descriptor_pb2.FieldDescriptorProto
 _PACKAGE = "situp_annotate"

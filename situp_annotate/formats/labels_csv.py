@@ -1,0 +1,181 @@
+"""``labels.csv``: everything that is known of every label, one row a track and frame.
+
+Frames count from 0, boxes are 0-based, ``time_s`` is exact to the nanosecond. The cells of what a
+row does not have are empty: the box of an object that is outside, and ``apce``, ``peak`` and
+``scale`` of boxes that no tracker found.
+"""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from situp_annotate.errors import BoxError, SitupError
+from situp_annotate.formats.outside import OUTSIDE, OutsideTracks
+from situp_annotate.types import (
+    NS_PER_S,
+    BoundingBox,
+    Frame,
+    Provenance,
+    State,
+    Track,
+    TrackPoint,
+)
+
+__all__ = ["LabelsCsvSink", "LabelsTable", "read_labels_csv"]
+
+_BOX = ("x", "y", "width", "height")
+_SIGNALS = ("apce", "peak", "scale")
+_HEADER = (
+    *("frame", "time_s", "track_id", "label", "state", "provenance"),
+    *(*_BOX, "confidence", *_SIGNALS),
+)
+
+
+def _number(value: float | None) -> str:
+    """Shortest text that is read back as the same number to a millionth."""
+    return "" if value is None else f"{value:.6f}".rstrip("0").rstrip(".")
+
+
+def _exact(value: float) -> str:
+    """Shortest text that is read back as the very same number."""
+    return repr(int(value) if value.is_integer() else value)
+
+
+def _seconds(time_ns: int) -> str:
+    sign, (whole, rest) = "-" * (time_ns < 0), divmod(abs(time_ns), NS_PER_S)
+    return f"{sign}{whole}.{rest:09d}"
+
+
+def _nanoseconds(seconds: str) -> int:
+    whole, _, rest = seconds.partition(".")
+    magnitude = abs(int(whole)) * NS_PER_S + int(rest.ljust(9, "0"))
+    return -magnitude if whole.startswith("-") else magnitude
+
+
+class LabelsCsvSink:
+    """Writes ``labels.csv``.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    tracks : sequence of Track
+        Every track whose points may come.
+    """
+
+    def __init__(self, path: Path, *, tracks: Sequence[Track]) -> None:
+        self._labels = {track.id: track.label for track in tracks}
+        self._outside = OutsideTracks(tracks)
+        self._file = path.open("w", encoding="utf-8", newline="")
+        self._writer = csv.writer(self._file, lineterminator="\n")
+        self._writer.writerow(_HEADER)
+
+    @property
+    def wants_pictures(self) -> bool:
+        """False: rows are numbers and words only."""
+        return False
+
+    def write(self, frame: Frame, points: Sequence[TrackPoint]) -> None:
+        """Add the rows of one frame, by track id."""
+        start = (frame.index, _seconds(frame.pts_ns))
+        rows = {point.track_id: self._cells(point) for point in points}
+        for track in self._outside.at(frame, points):
+            blank = ("",) * len(_BOX)
+            rows[track.id] = (OUTSIDE, Provenance.HUMAN, *blank, "1", *("",) * len(_SIGNALS))
+        for track_id in sorted(rows):
+            self._writer.writerow((*start, track_id, self._labels[track_id], *rows[track_id]))
+
+    def _cells(self, point: TrackPoint) -> tuple[str, ...]:
+        # What a person drew stays as it is, to the digit.
+        written = _exact if point.provenance is Provenance.HUMAN else _number
+        box = (written(float(getattr(point.box, name))) for name in _BOX)
+        signals = (_number(getattr(point, name)) for name in _SIGNALS)
+        return (point.state, point.provenance, *box, _number(point.confidence), *signals)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._file.close()
+
+
+@dataclass(frozen=True, slots=True)
+class LabelsTable:
+    """What ``labels.csv`` holds.
+
+    Attributes
+    ----------
+    points : dict of int to dict of int to TrackPoint
+        The labels that have a box, by track id and frame.
+    times_ns : dict of int to int
+        Time of each frame that has a label.
+    """
+
+    points: dict[int, dict[int, TrackPoint]]
+    times_ns: dict[int, int]
+
+
+def _point(row: dict[str, str]) -> TrackPoint:
+    signals = {name: float(row[name]) if row[name] else None for name in _SIGNALS}
+    return TrackPoint(
+        int(row["track_id"]),
+        BoundingBox(*(float(row[name]) for name in _BOX)),
+        float(row["confidence"]),
+        State(row["state"]),
+        Provenance(row["provenance"]),
+        **signals,
+    )
+
+
+def read_labels_csv(path: Path) -> LabelsTable:
+    """Read the file back.
+
+    Parameters
+    ----------
+    path : Path
+        A ``labels.csv``.
+
+    Raises
+    ------
+    SitupError
+        If it cannot be read, has other columns, or a row that a run does not write; names the
+        file, the line and what is wrong.
+    """
+    table = LabelsTable({}, {})
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            reader = csv.DictReader(file, strict=True)
+            if tuple(reader.fieldnames or ()) != _HEADER:
+                raise SitupError(
+                    f"{path}: the first line is not the header of a labels.csv; annotate the video "
+                    "again."
+                )
+            for row in reader:
+                _read_row(row, table, f"{path}: line {reader.line_num}")
+    except OSError as error:
+        raise SitupError(f"{path}: cannot be read: {error.strerror or error}.") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise SitupError(f"{path}: this is not a labels.csv ({error}).") from error
+    return table
+
+
+def _read_row(row: dict[str, str], table: LabelsTable, place: str) -> None:
+    try:
+        frame = int(row["frame"])
+        table.times_ns[frame] = _nanoseconds(row["time_s"])
+        if row["state"] != OUTSIDE:
+            point = _point(row)
+            table.points.setdefault(point.track_id, {})[frame] = point
+    except (ValueError, TypeError, AttributeError, BoxError) as error:
+        raise SitupError(
+            f"{place}: this is not a row that `situp-annotate run` writes ({error}); annotate the "
+            "video again."
+        ) from error

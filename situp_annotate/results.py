@@ -1,0 +1,137 @@
+"""Read back what a run has written, for whatever is made of it later."""
+
+import json
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from situp_annotate.errors import ManifestError, SitupError
+from situp_annotate.formats.labelled import LabelledTrack, LabelledVideo
+from situp_annotate.formats.labels_csv import read_labels_csv
+from situp_annotate.formats.manifest import load_manifest
+from situp_annotate.types import VideoInfo, VideoJob
+
+__all__ = [
+    "BATCH_FILE",
+    "LABELS_FILE",
+    "MANIFEST_FILE",
+    "SUMMARY_FILE",
+    "labelled_video",
+    "read_run",
+    "read_video",
+    "run_folders",
+]
+
+BATCH_FILE = "batch.json"
+"""In the output folder: what became of each video."""
+
+LABELS_FILE = "labels.csv"
+"""In the folder of a video: its labels."""
+
+MANIFEST_FILE = "manifest.json"
+"""In the folder of a video: the manifest of this video alone, as the run was given it."""
+
+SUMMARY_FILE = "summary.json"
+"""In the folder of a video: what was done with it."""
+
+
+def labelled_video(folder: Path, job: VideoJob, info: VideoInfo, frame_count: int) -> LabelledVideo:
+    """Put the labels in a video's folder together with what else is known of the video.
+
+    Raises
+    ------
+    SitupError
+        If ``labels.csv`` is not there, or not a run's.
+    """
+    table = read_labels_csv(folder / LABELS_FILE)
+    tracks = sorted(job.tracks, key=lambda track: track.id)
+    return LabelledVideo(
+        id=job.id,
+        info=info,
+        frame_count=frame_count,
+        times_ns=table.times_ns,
+        tracks=tuple(LabelledTrack(track, table.points.get(track.id, {})) for track in tracks),
+    )
+
+
+def _read_json(path: Path, *, otherwise: str) -> Any:  # noqa: ANN401
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SitupError(
+            f"{path}: cannot be read ({error.strerror or error}); {otherwise}."
+        ) from error
+    except ValueError as error:
+        raise SitupError(f"{path}: this is not valid JSON ({error}); {otherwise}.") from error
+
+
+def _info(video: dict[str, Any], path: Path) -> VideoInfo:
+    numbers = {name: Fraction(video[name]) for name in ("frame_rate", "pixel_aspect_ratio")}
+    return VideoInfo(**{**video, **numbers, "path": path})
+
+
+def read_video(folder: Path) -> LabelledVideo:
+    """Read the labels of one video that a run has annotated.
+
+    Parameters
+    ----------
+    folder : Path
+        The video's folder in the output folder of the run.
+
+    Raises
+    ------
+    SitupError
+        If a file is missing or not a run's.
+    """
+    path = folder / SUMMARY_FILE
+    summary = _read_json(path, otherwise="annotate the video first")
+    try:
+        job = load_manifest(folder / MANIFEST_FILE, allow_outside=True).jobs[0]
+    except ManifestError as error:
+        raise SitupError(f"{error} Annotate the video again.") from error
+    try:
+        info, frame_count = _info(summary["video"], job.path), int(summary["frames"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise SitupError(
+            f"{path}: this is not what `situp-annotate run` writes; annotate the video again."
+        ) from error
+    return labelled_video(folder, job, info, frame_count)
+
+
+def run_folders(output: Path) -> tuple[Path, ...]:
+    """Folders of the videos that a run has annotated, in the order of its manifest.
+
+    Parameters
+    ----------
+    output : Path
+        The output folder of the run.
+
+    Raises
+    ------
+    SitupError
+        If it is no run's output folder.
+    """
+    path = output / BATCH_FILE
+    hint = "give the output folder of `situp-annotate run`"
+    batch = _read_json(path, otherwise=hint)
+    try:
+        return tuple(output / video["id"] for video in batch["videos"] if video["status"] == "ok")
+    except (KeyError, TypeError) as error:
+        raise SitupError(f"{path}: this is not what a run writes; {hint}.") from error
+
+
+def read_run(output: Path) -> Iterator[LabelledVideo]:
+    """Read the labels of every video that a run has annotated, one after the other.
+
+    Parameters
+    ----------
+    output : Path
+        The output folder of the run.
+
+    Raises
+    ------
+    SitupError
+        As `run_folders` and `read_video` do.
+    """
+    return map(read_video, run_folders(output))
