@@ -5,6 +5,8 @@ import click
 from situp_annotate.cli._group import SitupGroup
 from situp_annotate.cli.check import check
 from situp_annotate.cli.effort import effort
+from situp_annotate.cli.export import export
+from situp_annotate.cli.import_ import import_
 from situp_annotate.cli.init import init
 from situp_annotate.cli.run import run
 from situp_annotate.cli.schema import schema
@@ -38,7 +40,7 @@ def cli() -> None:
 
 
 # In the order of work, which is the order of the help.
-for _command in (init, check, run, thin, effort, schema):
+for _command in (init, import_, check, run, export, thin, effort, schema):
     cli.add_command(_command)
 
 

@@ -19,10 +19,13 @@ class Seeds:
         Of the video or sequence, as the file says it; empty if it does not say.
     tracks : tuple of Track
         By id.
+    notes : tuple of str
+        What the reader had to decide, a finished sentence each.
     """
 
     name: str
     tracks: tuple[Track, ...]
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +42,12 @@ class ImportHints:
         Coordinate of the picture's top-left corner in the file; None for the format's own.
     times_ns : callable
         Gives the time of each frame of a video, by the name that the file says.
+    size_of : callable
+        Gives width and height in pixels of a video's upright picture, by the same name.
     """
 
     label: str
     times_ns: Callable[[str], Sequence[int]]
+    size_of: Callable[[str], tuple[int, int]]
     labels: Mapping[int, str] = field(default_factory=dict)
     pixel_origin: Literal[0, 1] | None = None

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from situp_annotate.errors import OutputError
 
-__all__ = ["discard_staging", "staged_folder", "write_whole"]
+__all__ = ["discard_staging", "staged_entries", "staged_folder", "write_whole"]
 
 
 def _staging(target: Path) -> Path:
@@ -93,6 +93,60 @@ def _publish(staging: Path, target: Path) -> None:
     else:
         staging.rename(target)
     _sync(target.parent)
+
+
+@contextmanager
+def staged_entries(target: Path, *, overwrite: bool) -> Iterator[Path]:
+    """Put files and folders into a folder, each whole or not at all.
+
+    Parameters
+    ----------
+    target : Path
+        The folder to put them into; made when missing.
+    overwrite : bool
+        Whether the folder may hold something already. Then what has the name of something new
+        is replaced, and everything else stays.
+
+    Yields
+    ------
+    Path
+        A hidden, empty folder beside the target to write into.
+
+    Raises
+    ------
+    OutputError
+        If the folder holds something and must not, or the disk refuses.
+    """
+    staging = _staging(target)
+    try:
+        if not overwrite and target.exists() and (target.is_file() or any(target.iterdir())):
+            raise OutputError(
+                f"{target}: something is there already; replace it with --overwrite, or choose "
+                f"another output folder."
+            )
+        shutil.rmtree(staging, ignore_errors=True)
+        staging.mkdir(parents=True)
+        yield staging
+        target.mkdir(exist_ok=True)
+        for entry in sorted(staging.iterdir()):
+            _publish_entry(entry, target / entry.name)
+        _sync(target)
+    except OSError as error:
+        raise OutputError(f"{target}: cannot write here: {error.strerror or error}.") from error
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+
+
+def _publish_entry(entry: Path, place: Path) -> None:
+    _sync(entry)
+    if place.is_dir() and not place.is_symlink():
+        old = place.with_name(f".{place.name}.old")
+        shutil.rmtree(old, ignore_errors=True)
+        place.rename(old)
+        entry.rename(place)
+        shutil.rmtree(old, ignore_errors=True)
+    else:
+        entry.replace(place)
 
 
 def write_whole(path: Path, text: str) -> None:

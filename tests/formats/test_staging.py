@@ -3,7 +3,12 @@
 import pytest
 
 from situp_annotate.errors import OutputError
-from situp_annotate.formats.staging import discard_staging, staged_folder, write_whole
+from situp_annotate.formats.staging import (
+    discard_staging,
+    staged_entries,
+    staged_folder,
+    write_whole,
+)
 
 
 def names(folder):
@@ -93,3 +98,52 @@ def test_text_is_replaced_whole(tmp_path):
     write_whole(path, "zweitens ✓")
     assert path.read_text(encoding="utf-8") == "zweitens ✓"
     assert names(path.parent) == ["batch.json"]
+
+
+def test_entries_join_what_is_there_and_replace_their_namesakes(tmp_path):
+    target = tmp_path / "exported"
+    with staged_entries(target, overwrite=False) as folder:
+        (folder / "a.xml").write_text("old")
+        (folder / "set").mkdir()
+        (folder / "set" / "1.txt").write_text("old")
+    (target / "notes.txt").write_text("somebody's")
+    with staged_entries(target, overwrite=True) as folder:
+        (folder / "a.xml").write_text("new")
+        (folder / "set").mkdir()
+        (folder / "set" / "2.txt").write_text("new")
+    assert names(target) == ["a.xml", "notes.txt", "set"]
+    assert (target / "a.xml").read_text() == "new"
+    assert names(target / "set") == ["2.txt"]
+    assert names(tmp_path) == ["exported"]
+
+
+def test_entries_are_refused_where_something_is_unless_told(tmp_path):
+    target = tmp_path / "exported"
+    target.mkdir()
+    with staged_entries(target, overwrite=False) as folder:  # an empty folder is nothing
+        (folder / "a.xml").write_text("old")
+    with (
+        pytest.raises(OutputError, match="--overwrite"),
+        staged_entries(target, overwrite=False) as folder,
+    ):
+        (folder / "a.xml").write_text("new")
+    assert (target / "a.xml").read_text() == "old"
+
+
+def test_entries_of_a_failure_never_appear(tmp_path):
+    target = tmp_path / "exported"
+    with pytest.raises(ZeroDivisionError), staged_entries(target, overwrite=False) as folder:
+        (folder / "a.xml").write_text("half")
+        raise ZeroDivisionError
+    assert names(tmp_path) == []
+
+
+def test_entries_cannot_go_into_a_file(tmp_path):
+    (tmp_path / "exported").write_text("a file")
+    for overwrite in (False, True):
+        with (
+            pytest.raises(OutputError, match="exported"),
+            staged_entries(tmp_path / "exported", overwrite=overwrite) as folder,
+        ):
+            (folder / "a.xml").write_text("new")
+    assert (tmp_path / "exported").read_text() == "a file"

@@ -1,0 +1,201 @@
+"""``situp-annotate import``: boxes from other tools, as a manifest."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+
+from situp_annotate.errors import OutputError, SitupError
+
+if TYPE_CHECKING:
+    from situp_annotate.formats.labelled import LabelledVideo
+    from situp_annotate.seeding import SeededVideo
+    from situp_annotate.types import VideoJob
+
+__all__ = ["import_"]
+
+_FORMATS = ("cvat", "mot", "label-studio", "coco", "otb")
+
+
+def _read(
+    files: Sequence[Path],
+    places: Sequence[Path],
+    name: str | None,
+    label: str,
+    labels: Path | None,
+    pixel_origin: str | None,
+) -> "Iterator[SeededVideo]":
+    """What all files say; a second word on the same video is refused."""
+    from situp_annotate.seeding import VideoFinder, import_seeds, read_class_names
+
+    finder = VideoFinder(places)
+    names = read_class_names(labels) if labels else {}
+    origin: Literal[0, 1] | None = None if pixel_origin is None else (0, 1)[int(pixel_origin)]
+    seen: dict[Path, Path] = {}
+    for file in files:
+        for seeded in import_seeds(
+            file, finder, name=name, label=label, labels=names, pixel_origin=origin
+        ):
+            if seeded.path in seen:
+                raise SitupError(
+                    f"{file}: {seen[seeded.path]} has boxes for {seeded.path} already; import one "
+                    "of them, or name the video that is meant with --videos."
+                )
+            seen[seeded.path] = file
+            yield seeded
+
+
+def _new_jobs(seeded: "Sequence[SeededVideo]", home: Path) -> "list[VideoJob]":
+    from situp_annotate.formats.manifest.ids import unique_ids
+    from situp_annotate.types import VideoJob
+
+    paths = [video.path.absolute() for video in seeded]
+    inside = [path.relative_to(home) if path.is_relative_to(home) else path for path in paths]
+    ids = unique_ids([path.as_posix() for path in inside], home)
+    return [
+        VideoJob(video_id, path, video.tracks)
+        for video_id, path, video in zip(ids, paths, seeded, strict=True)
+    ]
+
+
+def _corrected_jobs(
+    seeded: "Sequence[SeededVideo]", run: "Sequence[LabelledVideo]"
+) -> "list[VideoJob]":
+    """The jobs of the run, with the corrections; tells what is new in each."""
+    from situp_annotate.corrections import correct
+    from situp_annotate.types import VideoJob
+
+    tracks_of = {video.path: video.tracks for video in seeded}
+    jobs = []
+    for video in run:
+        tracks = tuple(labelled.track for labelled in video.tracks)
+        if video.info.path in tracks_of:
+            result = correct(tracks_of[video.info.path], video)
+            tracks = result.tracks
+            click.echo(
+                f"{video.id}: {result.changed} boxes changed or added, {result.added} tracks "
+                f"added, {result.removed} removed"
+            )
+        jobs.append(VideoJob(video.id, video.info.path, tracks))
+    return jobs
+
+
+def _refuse(output: Path, *, overwrite: bool) -> None:
+    if output.exists() and not overwrite:
+        raise OutputError(
+            f"{output}: there is a file already; choose another with --output, or give "
+            "--overwrite to lose it."
+        )
+
+
+@click.command("import", short_help="Make a manifest of boxes from other tools.")
+@click.argument(
+    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
+)
+@click.option(
+    "--videos",
+    "places",
+    type=click.Path(exists=True, path_type=Path),
+    multiple=True,
+    help="A video, or a folder with videos, that the boxes belong to; may be given several times."
+    "  [default: the folder of each FILE]",
+)
+@click.option(
+    "--output",
+    "-o",
+    type=click.Path(dir_okay=False, path_type=Path),
+    default=Path("manifest.json"),
+    show_default=True,
+    help="The manifest to write.",
+)
+@click.option(
+    "--corrects",
+    "run",
+    metavar="OUT",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="The FILEs are corrected exports of this run, of which OUT is the output folder: keep "
+    "what a person drew or changed, and leave the rest to be tracked again.",
+)
+@click.option(
+    "--format",
+    "name",
+    type=click.Choice(_FORMATS),
+    help="Format of the FILEs.  [default: recognized]",
+)
+@click.option(
+    "--label",
+    default="object",
+    show_default=True,
+    help="What the objects are, where a file does not say it.",
+)
+@click.option(
+    "--labels",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Text file with the names of MOT's class numbers, one a line.",
+)
+@click.option(
+    "--pixel-origin",
+    type=click.Choice(["0", "1"]),
+    help="Coordinate of the picture's top-left corner in mot and otb files.  [default: 0 for "
+    "mot, 1 for otb]",
+)
+@click.option("--overwrite", is_flag=True, help="Replace the manifest to write if it is there.")
+def import_(
+    files: tuple[Path, ...],
+    places: tuple[Path, ...],
+    output: Path,
+    run: Path | None,
+    name: str | None,
+    label: str,
+    labels: Path | None,
+    pixel_origin: str | None,
+    overwrite: bool,
+) -> None:
+    """Write a manifest with the boxes in each FILE, for `run` to go on from.
+
+    \b
+      cvat          CVAT for video 1.1: the XML, or the zip it comes in
+      mot           MOTChallenge ground truth, results or detections; CVAT's MOT 1.1 zip
+      label-studio  Label Studio's JSON, as exported
+      coco          COCO with videos and tracks
+      otb           OTB's ground truth, a text file with a box a line
+
+    A video is found by the name that the file gives, or else by the file's own name.
+
+    \b
+      situp-annotate import street.xml --videos clips/street.mp4
+      situp-annotate import labels/*.xml --videos clips --output clips/manifest.json
+      situp-annotate import corrected.xml --corrects out --output corrected.json
+
+    Exit codes: 0 when the manifest is written, 1 when a file is not what it should be or a video
+    is not found, 5 when the manifest is already there or cannot be written.
+    """
+    from situp_annotate.formats.manifest import dump_manifest
+    from situp_annotate.formats.staging import write_whole
+    from situp_annotate.results import read_run
+
+    _refuse(output, overwrite=overwrite)
+    videos = list(read_run(run)) if run else []
+    home = output.parent.resolve()
+    known = [video.info.path for video in videos]
+    seeded = list(
+        _read(files, known or places or _folders(files), name, label, labels, pixel_origin)
+    )
+    jobs = _corrected_jobs(seeded, videos) if run else _new_jobs(seeded, home)
+    write_whole(output, dump_manifest(jobs, home))
+    for video in seeded:
+        for note in video.notes:
+            click.echo(f"{video.origin}: {note}", err=True)
+    tracks = sum(len(job.tracks) for job in jobs)
+    boxes = sum(len(track.keyframes) for job in jobs for track in job.tracks)
+    click.echo(
+        f"Wrote {output}: {len(jobs)} videos, {tracks} tracks, {boxes} keyframes. "
+        f"Check it: situp-annotate check {output}"
+    )
+    if any(not job.path.is_relative_to(home) for job in jobs):
+        click.echo(f"Some videos lie outside {home}: give check and run --allow-outside.", err=True)
+
+
+def _folders(files: Sequence[Path]) -> list[Path]:
+    return list(dict.fromkeys(file.parent for file in files))

@@ -1,0 +1,183 @@
+"""From files of other tools to the videos and boxes of a manifest."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path, PurePosixPath
+from typing import Literal
+
+from situp_annotate.errors import SitupError
+from situp_annotate.formats.importing import IMPORTERS, Importer
+from situp_annotate.formats.seeds import ImportHints
+from situp_annotate.types import Track
+from situp_annotate.video import find_videos, open_video
+
+__all__ = ["SeededVideo", "VideoFinder", "import_seeds", "read_class_names", "recognize"]
+
+_HEAD_BYTES = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class SeededVideo:
+    """One video and the boxes that a file gives for it.
+
+    Attributes
+    ----------
+    path : Path
+        The video.
+    tracks : tuple of Track
+        What the file says of it.
+    origin : Path
+        The file.
+    notes : tuple of str
+        What could not be taken over, a finished sentence each.
+    """
+
+    path: Path
+    tracks: tuple[Track, ...]
+    origin: Path
+    notes: tuple[str, ...] = ()
+
+
+class VideoFinder:
+    """Finds the video that a label file means, by its name.
+
+    Parameters
+    ----------
+    places : sequence of Path
+        Videos, and folders that hold videos.
+
+    Raises
+    ------
+    VideoError
+        If a place is not there, or cannot be read.
+    """
+
+    def __init__(self, places: Sequence[Path]) -> None:
+        found = [path for place in places for path in _videos_at(place)]
+        self._videos = list(dict.fromkeys(found))
+
+    def find(self, name: str, origin: Path) -> Path:
+        """The video of this name, with or without its suffix; else the only one that there is.
+
+        Parameters
+        ----------
+        name : str
+            As the label file says it; empty if it says nothing, and then the file's own name
+            stands for it.
+        origin : Path
+            The label file.
+
+        Raises
+        ------
+        SitupError
+            If no video has the name, or several have it.
+        """
+        wanted = PurePosixPath(name.replace("\\", "/")).name or origin.name
+        exact = [video for video in self._videos if video.name == wanted]
+        stem = PurePosixPath(wanted).stem
+        matches = exact or [video for video in self._videos if stem in (video.name, video.stem)]
+        if len(matches) > 1:
+            raise SitupError(
+                f"{origin}: {wanted!r} may be {matches[0]} or {matches[1]}; name the one that is "
+                "meant with --videos."
+            )
+        if not matches and len(self._videos) != 1:
+            known = ", ".join(path.name for path in self._videos[:5]) or "none"
+            raise SitupError(
+                f"{origin}: there is no video named {wanted!r} (videos here: {known}); say where "
+                "it is with --videos."
+            )
+        return (matches or self._videos)[0]
+
+
+def _videos_at(place: Path) -> list[Path]:
+    return find_videos(place) if place.is_dir() else [place]
+
+
+def read_class_names(path: Path) -> dict[int, str]:
+    """Read names of classes, one a line; the first is class 1, as in MOT files and in CVAT.
+
+    Raises
+    ------
+    SitupError
+        If the file cannot be read.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise SitupError(f"{path}: cannot be read as a text file: {error}.") from error
+    return {number: line.strip() for number, line in enumerate(lines, start=1) if line.strip()}
+
+
+def recognize(path: Path) -> Importer:
+    """The format that a file has.
+
+    Raises
+    ------
+    SitupError
+        If the file cannot be read, or has none of the formats.
+    """
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+    except OSError as error:
+        raise SitupError(f"{path}: cannot be read: {error.strerror or error}.") from error
+    for importer in IMPORTERS.values():
+        if importer.recognizes(path, head):
+            return importer
+    raise SitupError(
+        f"{path}: this is none of the formats that can be imported ({', '.join(IMPORTERS)}); "
+        "`situp-annotate inspect` says what it looks like, and --format settles it."
+    )
+
+
+@lru_cache(maxsize=4)
+def _times_ns(video: Path) -> tuple[int, ...]:
+    with open_video(video) as source:
+        return tuple(frame.pts_ns for frame in source)
+
+
+def _size_of(video: Path) -> tuple[int, int]:
+    with open_video(video) as source:
+        return source.info.width, source.info.height
+
+
+def import_seeds(
+    origin: Path,
+    finder: VideoFinder,
+    *,
+    name: str | None,
+    label: str,
+    labels: Mapping[int, str],
+    pixel_origin: Literal[0, 1] | None,
+) -> Iterator[SeededVideo]:
+    """Read the boxes in a file, and find the videos they belong to.
+
+    Parameters
+    ----------
+    origin : Path
+        The file.
+    finder : VideoFinder
+        Knows the videos.
+    name : str or None
+        The format; None to recognize it.
+    label, labels, pixel_origin
+        As of `ImportHints`.
+
+    Raises
+    ------
+    SitupError
+        If the file is none, is not as its format demands, or a video is not found or, where it
+        is needed, cannot be decoded.
+    """
+    importer = IMPORTERS[name] if name else recognize(origin)
+    hints = ImportHints(
+        label=label,
+        labels=labels,
+        pixel_origin=pixel_origin,
+        times_ns=lambda video_name: _times_ns(finder.find(video_name, origin)),
+        size_of=lambda video_name: _size_of(finder.find(video_name, origin)),
+    )
+    for seeds in importer.read(origin, hints):
+        yield SeededVideo(finder.find(seeds.name, origin), seeds.tracks, origin, seeds.notes)
