@@ -11,12 +11,12 @@ __all__ = ["keyframes_of"]
 
 
 def _changes(points: dict[int, TrackPoint]) -> set[int]:
-    """Frames in which the object becomes hidden or is seen again, and the frame before each."""
-    frames: set[int] = set()
-    for before, after in pairwise(points):
-        if (points[before].state is State.VISIBLE) != (points[after].state is State.VISIBLE):
-            frames |= {before, after}
-    return frames
+    """Frames from which on the object is hidden, or seen again."""
+    return {
+        after
+        for before, after in pairwise(points)
+        if (points[before].state is State.VISIBLE) != (points[after].state is State.VISIBLE)
+    }
 
 
 def keyframes_of(

@@ -11,12 +11,11 @@ from click.testing import CliRunner
 
 from situp_annotate.cli import cli
 from situp_annotate.cli.thin import thin as command
-from situp_annotate.formats.manifest import load_manifest
-from situp_annotate.formats.mot import MotSink
+from situp_annotate.formats.labels_csv import LabelsCsvSink
+from situp_annotate.formats.manifest import dump_manifest, load_manifest
 from situp_annotate.outcomes import CacheUse, VideoReport
 from situp_annotate.propagation import Skip
 from situp_annotate.propagation.thinning import overlaps, thin
-from situp_annotate.recipe import MotOptions, Recipe
 from situp_annotate.thinned import thin_video
 from situp_annotate.types import (
     BoundingBox,
@@ -32,16 +31,18 @@ from situp_annotate.types import (
 IMAGE = np.zeros((2, 2), np.uint8)
 
 
-def write_run(out, video_id, tracks, frames, *, skipped=(), origin=0):
+def write_run(project, video_id, tracks, frames, *, skipped=()):
     """Write what a run leaves of a video of 320 × 200 pixels; tracks: {id: {frame: box}}."""
-    folder = out / video_id
+    folder = project.out / video_id
     folder.mkdir(parents=True)
-    with MotSink(folder / "mot.csv", pixel_origin=origin) as sink:
+    (job,) = (job for job in load_manifest(project.manifest).jobs if job.id == video_id)
+    (folder / "manifest.json").write_text(dump_manifest([job], folder))
+    with LabelsCsvSink(folder / "labels.csv", tracks=job.tracks) as sink:
         for index in range(frames):
             points = [
-                TrackPoint(track_id, boxes[index], 1.0, State.VISIBLE, Provenance.TRACKED)
-                for track_id, boxes in sorted(tracks.items())
-                if index in boxes
+                point_of(track, index, tracks[track.id][index])
+                for track in job.tracks
+                if index in tracks.get(track.id, {})
             ]
             sink.write(Frame(index, index, IMAGE), points)
     report = VideoReport(
@@ -52,13 +53,24 @@ def write_run(out, video_id, tracks, frames, *, skipped=(), origin=0):
         tracks=(),
         skipped=tuple(skipped),
         findings=(),
-        outputs=("mot.csv", "summary.json"),
+        outputs=("labels.csv", "summary.json"),
         cache=CacheUse(0, 0),
         seconds={},
     )
-    recipe = Recipe(mot=MotOptions(pixel_origin=origin)).as_dict()
-    text = json.dumps({**report.as_dict(), "recipe": recipe})
-    (folder / "summary.json").write_text(text)
+    (folder / "summary.json").write_text(json.dumps(report.as_dict()))
+
+
+def point_of(track, frame, box):
+    """A label in the state that the track's last keyframe before it says."""
+    said = [keyframe for keyframe in track.keyframes if keyframe.frame <= frame]
+    human = any(keyframe.frame == frame for keyframe in said)
+    return TrackPoint(
+        track.id,
+        box,
+        1.0,
+        State.OCCLUDED if said and said[-1].occluded else State.VISIBLE,
+        Provenance.HUMAN if human else Provenance.TRACKED,
+    )
 
 
 def sliding(frames, start=(10, 20, 40, 30), pace=(1.5, 0, 0, 0)):
@@ -119,8 +131,8 @@ def test_what_is_written_and_said(project):
             ],
         }
     )
-    write_run(project.out, "one", {7: bend}, 100)
-    write_run(project.out, "two", {3: gone}, 100)
+    write_run(project, "one", {7: bend}, 100)
+    write_run(project, "two", {3: gone}, 100)
     outcome = project.thin("--iou", "0.995")
     assert outcome.exit_code == 0, outcome.output
     assert json.loads(project.thinned.read_text()) == {
@@ -167,13 +179,12 @@ def test_what_is_written_and_said(project):
     assert outcome.stderr == ""
 
 
-@pytest.mark.parametrize("origin", [0, 1])
-def test_interpolation_gives_the_labels_back_to_the_last_decimal(project, origin):
+def test_interpolation_gives_the_labels_back_to_the_last_decimal(project):
     random = np.random.default_rng(1)
     rows = np.cumsum(random.normal(0, 0.4, (300, 4)), axis=0) + (100, 80, 30, 25)
     boxes = {f: BoundingBox(*map(float, row)) for f, row in enumerate(rows)}
     project.write_manifest({"a": [track(1, key(0, boxes[0]))]})
-    write_run(project.out, "a", {1: boxes}, 300, origin=origin)
+    write_run(project, "a", {1: boxes}, 300)
     assert project.thin("--iou", "0.8").exit_code == 0
     (thinned,) = project.tracks()
     kept = {keyframe.frame: keyframe.box for keyframe in thinned.keyframes}
@@ -196,7 +207,7 @@ def test_what_a_person_drew_stays_to_the_digit(project):
         {"a": [track(1, key(0, boxes[0]), key(40, drawn, occluded=True), key(70, boxes[70]))]}
     )
     boxes[55] = BoundingBox(20, 20, 40, 30)  # needs keyframes between those of the person
-    write_run(project.out, "a", {1: boxes}, 100)
+    write_run(project, "a", {1: boxes}, 100)
     assert project.thin().exit_code == 0
     (thinned,) = project.tracks()
     assert thinned.keyframes == (
@@ -216,7 +227,7 @@ def test_keyframes_and_boxes_outside_the_picture_are_left_out(project):
         {"a": [track(1, key(0, boxes[0]), key(50, boxes[50]), key(120, boxes[99]))]}
     )
     skipped = [Skip(1, 50, "Outside."), Skip(1, 120, "Past the end.")]
-    write_run(project.out, "a", {1: boxes}, 100, skipped=skipped)
+    write_run(project, "a", {1: boxes}, 100, skipped=skipped)
     assert project.thin().exit_code == 0
     (thinned,) = project.tracks()
     assert frames_of(thinned) == [0, 18, 19]
@@ -226,8 +237,8 @@ def test_keyframes_and_boxes_outside_the_picture_are_left_out(project):
 def test_tracks_without_boxes_stay_as_they_are(project):
     boxes = sliding(range(10))
     project.write_manifest({"a": [track(2, key(12, boxes[0]))], "b": []})
-    write_run(project.out, "a", {}, 10, skipped=[Skip(2, 12, "Past the end.")])
-    write_run(project.out, "b", {}, 10)
+    write_run(project, "a", {}, 10, skipped=[Skip(2, 12, "Past the end.")])
+    write_run(project, "b", {}, 10)
     outcome = project.thin()
     assert outcome.exit_code == 0
     assert project.tracks() == project.tracks("manifest.json")
@@ -242,7 +253,7 @@ def test_a_video_without_results_stays_as_it_is(project):
     project.write_manifest(
         {"gone": [track(1, key(3, boxes[3]))], "here": [track(1, key(0, boxes[0]))]}
     )
-    write_run(project.out, "here", {1: boxes}, 10)
+    write_run(project, "here", {1: boxes}, 10)
     outcome = project.thin()
     assert outcome.exit_code == 1
     assert outcome.stderr == (
@@ -275,41 +286,37 @@ def remove_summary(folder):
     (folder / "summary.json").unlink()
 
 
-def damage_mot(folder):
-    (folder / "mot.csv").write_text("1,1,0,0\n")
+def damage_labels(folder):
+    (folder / "labels.csv").write_text("1,1,0,0\n")
 
 
-def remove_mot(folder):
-    (folder / "mot.csv").unlink()
-
-
-def add_track(folder):
-    (folder / "mot.csv").write_text("1,5,0,0,9,9,1,-1,-1,-1\n")
+def remove_labels(folder):
+    (folder / "labels.csv").unlink()
 
 
 def move_box(folder):
-    (folder / "mot.csv").write_text("1,1,0,0,9,9,1,-1,-1,-1\n")
+    path = folder / "manifest.json"
+    path.write_text(path.read_text().replace("[10, 20, 40, 30]", "[11, 20, 40, 30]"))
 
 
 @pytest.mark.parametrize(
     ("change", "file", "message"),
     [
-        (damage_summary, "summary.json", "this is not what `situp-annotate run` writes; "),
-        (remove_summary, "summary.json", "cannot be read: No such file or directory."),
-        (damage_mot, "mot.csv", "line 1: '1,1,0,0' is not a row of MOT"),
-        (remove_mot, "mot.csv", "there is no such file; annotate the video again with a recipe "),
-        (add_track, "mot.csv", "there is a track 5, which the manifest does not have; "),
-        (move_box, "mot.csv", "track 1 has another box, or none, where the manifest has a "),
+        (damage_summary, "/summary.json", "this is not what `situp-annotate run` writes; "),
+        (remove_summary, "/summary.json", "cannot be read (No such file or directory); "),
+        (damage_labels, "/labels.csv", "the first line is not the header of a labels.csv; "),
+        (remove_labels, "/labels.csv", "cannot be read: No such file or directory."),
+        (move_box, "", "this run was given other keyframes for track 1 than the manifest has; "),
     ],
 )
 def test_results_that_cannot_be_used(project, change, file, message):
     boxes = sliding(range(10))
     project.write_manifest({"a": [track(1, key(0, boxes[0]))]})
-    write_run(project.out, "a", {1: boxes}, 10)
+    write_run(project, "a", {1: boxes}, 10)
     change(project.out / "a")
     outcome = project.thin()
     assert outcome.exit_code == 1
-    expected = f"a stays as it is: {project.out / 'a' / file}: {message}"
+    expected = f"a stays as it is: {project.out / 'a'}{file}: {message}"
     assert outcome.stderr.startswith(expected)
 
 
@@ -317,7 +324,7 @@ def test_results_that_cannot_be_used(project, change, file, message):
 def thinnable(project):
     boxes = sliding(range(10))
     project.write_manifest({"a": [track(1, key(0, boxes[0]))]})
-    write_run(project.out, "a", {1: boxes}, 10)
+    write_run(project, "a", {1: boxes}, 10)
     return project
 
 
