@@ -7,10 +7,12 @@ the run had put it is the run's own, and is left to be found again; all others a
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from situp_annotate.formats.cvat_attributes import text_at
 from situp_annotate.formats.labelled import LabelledTrack, LabelledVideo
 from situp_annotate.types import BoundingBox, Keyframe, State, Track, TrackPoint
 
@@ -120,6 +122,12 @@ def _from_first_box(keyframes: Sequence[Keyframe]) -> tuple[Keyframe, ...]:
     return tuple(keyframes[first:])
 
 
+def _attributes(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+    """The run's attributes with what was changed; many tools hold nothing but text."""
+    same = {name for name in new if name in old and new[name] == text_at(old[name], 0)}
+    return {**old, **{name: value for name, value in new.items() if name not in same}}
+
+
 def _correct_track(
     track: Track, labelled: LabelledTrack, size_wh: tuple[int, int]
 ) -> tuple[Track, int]:
@@ -127,7 +135,7 @@ def _correct_track(
     found = list(_drawn(track.keyframes, labelled, size_wh))
     kept = [keyframe for keyframe, _ in found] + list(_still_outside(track.keyframes, labelled))
     keyframes = _from_first_box(sorted(kept, key=lambda keyframe: keyframe.frame))
-    attributes = {**labelled.track.attributes, **track.attributes}
+    attributes = _attributes(labelled.track.attributes, track.attributes)
     corrected = replace(
         labelled.track, label=track.label, attributes=attributes, keyframes=keyframes
     )

@@ -46,6 +46,8 @@ class VideoFinder:
     ----------
     places : sequence of Path
         Videos, and folders that hold videos.
+    ids : mapping of Path to str
+        Of the videos of a run, by which its exports are named.
 
     Raises
     ------
@@ -53,9 +55,10 @@ class VideoFinder:
         If a place is not there, or cannot be read.
     """
 
-    def __init__(self, places: Sequence[Path]) -> None:
+    def __init__(self, places: Sequence[Path], ids: Mapping[Path, str] | None = None) -> None:
         found = [path for place in places for path in _videos_at(place)]
         self._videos = list(dict.fromkeys(found))
+        self._ids = ids or {}
 
     def find(self, name: str, origin: Path) -> Path:
         """The video of this name, with or without its suffix; else the only one that there is.
@@ -64,7 +67,7 @@ class VideoFinder:
         ----------
         name : str
             As the label file says it; empty if it says nothing, and then the file's own name
-            stands for it.
+            stands for it. Where several videos have the name, the file's own name decides.
         origin : Path
             The label file.
 
@@ -74,9 +77,9 @@ class VideoFinder:
             If no video has the name, or several have it.
         """
         wanted = PurePosixPath(name.replace("\\", "/")).name or origin.name
-        exact = [video for video in self._videos if video.name == wanted]
-        stem = PurePosixPath(wanted).stem
-        matches = exact or [video for video in self._videos if stem in (video.name, video.stem)]
+        matches = self._named(wanted) or self._named(origin.name)
+        if len(matches) > 1:
+            matches = [video for video in self._named(origin.name) if video in matches] or matches
         if len(matches) > 1:
             raise SitupError(
                 f"{origin}: {wanted!r} may be {matches[0]} or {matches[1]}; name the one that is "
@@ -89,6 +92,14 @@ class VideoFinder:
                 "it is with --videos."
             )
         return (matches or self._videos)[0]
+
+    def _named(self, wanted: str) -> list[Path]:
+        """Videos with this very name, or else with this name but for the suffix."""
+        stem = PurePosixPath(wanted).stem
+        by_id = [video for video in self._videos if self._ids.get(video) in (wanted, stem)]
+        by_name = [video for video in self._videos if video.name == wanted]
+        by_stem = [video for video in self._videos if stem in (video.name, video.stem)]
+        return by_id or by_name or by_stem
 
 
 def _videos_at(place: Path) -> list[Path]:

@@ -182,3 +182,11 @@ def test_a_track_without_a_box_left_is_gone(run):
     back = replace(exported(run), keyframes=(Keyframe(0, None),))
     result = correct([back], video(run))
     assert (result.tracks, result.removed) == ((), 1)
+
+
+def test_attributes_change_only_where_a_person_changed_them(run):
+    track = replace(DRAWN, attributes={"doors": 4, "colour": "red", "taxi": True})
+    run = labelled(track)
+    back = replace(exported(run), attributes={"doors": "4", "colour": "blue", "taxi": "true"})
+    (corrected,) = correct([back], video(run)).tracks
+    assert corrected.attributes == {"doors": 4, "colour": "blue", "taxi": True}

@@ -42,6 +42,16 @@ def test_names_that_several_videos_have_are_refused(folder):
     assert finder.find("street", folder / "a.xml") == folder / "street.mp4"
 
 
+def test_a_runs_ids_name_its_videos(folder):
+    ids = {folder / "street.mp4": "day", folder / "night" / "street.avi": "night"}
+    finder = VideoFinder([*ids], ids)
+    assert finder.find("", folder / "night.txt") == folder / "night" / "street.avi"
+    assert finder.find("day", folder / "a.xml") == folder / "street.mp4"
+    assert finder.find("street", folder / "day.xml") == folder / "street.mp4"
+    with pytest.raises(SitupError, match="may be"):
+        finder.find("street", folder / "a.xml")
+
+
 def test_the_only_video_there_is_needs_no_name(folder):
     finder = VideoFinder([folder / "door.mp4"])
     assert finder.find("task 12", folder / "a.xml") == folder / "door.mp4"

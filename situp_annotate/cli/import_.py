@@ -10,7 +10,7 @@ from situp_annotate.errors import OutputError, SitupError
 
 if TYPE_CHECKING:
     from situp_annotate.formats.labelled import LabelledVideo
-    from situp_annotate.seeding import SeededVideo
+    from situp_annotate.seeding import SeededVideo, VideoFinder
     from situp_annotate.types import VideoJob
 
 __all__ = ["import_"]
@@ -20,16 +20,15 @@ _FORMATS = ("cvat", "mot", "label-studio", "coco", "otb")
 
 def _read(
     files: Sequence[Path],
-    places: Sequence[Path],
+    finder: "VideoFinder",
     name: str | None,
     label: str,
     labels: Path | None,
     pixel_origin: str | None,
 ) -> "Iterator[SeededVideo]":
     """What all files say; a second word on the same video is refused."""
-    from situp_annotate.seeding import VideoFinder, import_seeds, read_class_names
+    from situp_annotate.seeding import import_seeds, read_class_names
 
-    finder = VideoFinder(places)
     names = read_class_names(labels) if labels else {}
     origin: Literal[0, 1] | None = None if pixel_origin is None else (0, 1)[int(pixel_origin)]
     seen: dict[Path, Path] = {}
@@ -174,14 +173,14 @@ def import_(
     from situp_annotate.formats.manifest import dump_manifest
     from situp_annotate.formats.staging import write_whole
     from situp_annotate.results import read_run
+    from situp_annotate.seeding import VideoFinder
 
     _refuse(output, overwrite=overwrite)
     videos = list(read_run(run)) if run else []
     home = output.parent.resolve()
-    known = [video.info.path for video in videos]
-    seeded = list(
-        _read(files, known or places or _folders(files), name, label, labels, pixel_origin)
-    )
+    ids = {video.info.path: video.id for video in videos}
+    finder = VideoFinder([*ids] or places or _folders(files), ids)
+    seeded = list(_read(files, finder, name, label, labels, pixel_origin))
     jobs = _corrected_jobs(seeded, videos) if run else _new_jobs(seeded, home)
     write_whole(output, dump_manifest(jobs, home))
     for video in seeded:
