@@ -1,6 +1,5 @@
 """Sequences in OTB layout: a folder with ``img/`` and ``groundtruth_rect*.txt``."""
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,11 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from situp_annotate.errors import SitupError
+from situp_annotate.formats.otb import TRUTH, read_boxes
 from situp_annotate.types import BoundingBox
 
-__all__ = ["OtbSequence", "OtbTarget", "find_sequences", "read_boxes"]
-
-_TRUTH = "groundtruth_rect"
+__all__ = ["OtbSequence", "OtbTarget", "find_sequences"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,37 +44,10 @@ class OtbSequence:
     targets: tuple[OtbTarget, ...]
 
 
-def read_boxes(path: Path) -> npt.NDArray[np.float64]:
-    """Read boxes, one a line, separated by commas, tabs or blanks (OTB mixes them).
-
-    Returns
-    -------
-    ndarray
-        (n, 4), as the file counts.
-
-    Raises
-    ------
-    SitupError
-        If a line has not four numbers.
-    """
-    rows = []
-    for number, line in enumerate(path.read_text().splitlines(), start=1):
-        if not line.strip():
-            continue
-        try:
-            row = [float(word) for word in re.split(r"[,\s]+", line.strip())]
-        except ValueError:
-            row = []
-        if len(row) != 4:
-            raise SitupError(f"{path}: line {number}: {line!r} is not a box; give four numbers.")
-        rows.append(row)
-    return np.array(rows, dtype=np.float64).reshape(-1, 4)
-
-
 def _sequence(folder: Path) -> OtbSequence:
     targets = tuple(
-        OtbTarget(folder.name + path.stem.removeprefix(_TRUTH), read_boxes(path))
-        for path in sorted(folder.glob(f"{_TRUTH}*.txt"))
+        OtbTarget(folder.name + path.stem.removeprefix(TRUTH), read_boxes(path))
+        for path in sorted(folder.glob(f"{TRUTH}*.txt"))
     )
     return OtbSequence(folder.name, folder, targets)
 
@@ -89,7 +60,7 @@ def find_sequences(folder: Path) -> list[OtbSequence]:
     SitupError
         If there is no sequence, or a ground truth cannot be read.
     """
-    folders = sorted(path for path in folder.iterdir() if any(path.glob(f"{_TRUTH}*.txt")))
+    folders = sorted(path for path in folder.iterdir() if any(path.glob(f"{TRUTH}*.txt")))
     if not folders:
-        raise SitupError(f"{folder}: no sequence here; one is a folder with img/ and {_TRUTH}.txt.")
+        raise SitupError(f"{folder}: no sequence here; one is a folder with img/ and {TRUTH}.txt.")
     return [_sequence(path) for path in folders]

@@ -1,8 +1,4 @@
-"""MOT CSV: exact rows, read back, and scored by TrackEval itself."""
-
-import contextlib
-import io
-import warnings
+"""MOT CSV: exact rows, and read back."""
 
 import numpy as np
 import pytest
@@ -10,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from situp_annotate.errors import SitupError
-from situp_annotate.formats.mot import MotSink, read_mot
+from situp_annotate.formats.mot import NO_TRACK, MotSink, parse_mot, read_mot
 from situp_annotate.types import BoundingBox, Frame, Provenance, State, TrackPoint
 
 IMAGE = np.zeros((2, 2), np.uint8)
@@ -81,7 +77,8 @@ def test_what_is_written_reads_back(tmp_path_factory, frames):
 @pytest.mark.parametrize(
     "line",
     ["0,1,2,3,4,5,1", "1,1,2,3,4", "a,1,2,3,4,5,1", "1,1,2,3,0,5,1", "1,1,nan,3,4,5,1",
-     "1,1,2,3,4,5,nan", "1,1,9,9,9,9,1"],
+     "1,1,2,3,4,5,nan", "1,1,9,9,9,9,1", "1.5,1,2,3,4,5,1", "1e400,1,2,3,4,5,1",
+     "2147483648,1,2,3,4,5,1", "1,-2,2,3,4,5,1", "1,1,2,3,4,5,1,x,1", "1,1,2,3,4,5,1,1,inf"],
 )  # fmt: skip
 def test_bad_rows_are_named(tmp_path, line):
     path = tmp_path / "mot.csv"
@@ -98,55 +95,22 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
         read_mot(tmp_path / "bytes.csv")
 
 
-def trackeval_scores(folder, truth, result, frames):
-    """HOTA, MOTA and IDF1 of a result, by TrackEval."""
-    import trackeval
-
-    sequence = folder / "gt" / "S"
-    (sequence / "gt").mkdir(parents=True)
-    (sequence / "seqinfo.ini").write_text(
-        f"[Sequence]\nname=S\nimDir=img1\nframeRate=30\nseqLength={frames}\n"
-        "imWidth=640\nimHeight=480\nimExt=.jpg\n"
-    )
-    rows = [line.split(",")[:6] + ["1", "1", "1"] for line in truth.read_text().splitlines()]
-    (sequence / "gt" / "gt.txt").write_text("".join(",".join(row) + "\n" for row in rows))
-    data = folder / "results" / "situp" / "data"
-    data.mkdir(parents=True)
-    (data / "S.txt").write_bytes(result.read_bytes())
-    with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
-        warnings.simplefilter("ignore")  # TrackEval's own
-        quiet = {"PRINT_CONFIG": False}
-        evaluator = trackeval.Evaluator(
-            {**trackeval.Evaluator.get_default_eval_config(), **quiet, "PRINT_RESULTS": False,
-             "OUTPUT_SUMMARY": False, "OUTPUT_DETAILED": False, "PLOT_CURVES": False,
-             "BREAK_ON_ERROR": True, "USE_PARALLEL": False, "TIME_PROGRESS": False}
-        )  # fmt: skip
-        dataset = trackeval.datasets.MotChallenge2DBox(
-            {**trackeval.datasets.MotChallenge2DBox.get_default_dataset_config(), **quiet,
-             "GT_FOLDER": str(folder / "gt"), "TRACKERS_FOLDER": str(folder / "results"),
-             "SEQ_INFO": {"S": frames}, "SKIP_SPLIT_FOL": True, "DO_PREPROC": False}
-        )  # fmt: skip
-        kinds = (trackeval.metrics.HOTA, trackeval.metrics.CLEAR, trackeval.metrics.Identity)
-        found, _ = evaluator.evaluate([dataset], [kind() for kind in kinds])
-    scores = found["MotChallenge2DBox"]["situp"]["S"]["pedestrian"]
-    hota = float(np.mean(scores["HOTA"]["HOTA"]))
-    return hota, float(scores["CLEAR"]["MOTA"]), float(scores["Identity"]["IDF1"])
+@pytest.mark.parametrize(
+    ("line", "class_number", "visibility"),
+    [
+        ("1,1,2,3,4,5,1,2,0.5", 2, 0.5),
+        ("1,1,2,3,4,5,1,-1,-1", -1, -1),
+        ("1,1,2,3,4,5,1", None, None),
+        ("1,1,2,3,4,5,1,7,8,9", None, None),
+        ("1.0, 1 ,2,3,4,5,1,2.0,1\r", 2, 1),
+    ],
+)
+def test_nine_columns_are_ground_truth(line, class_number, visibility):
+    (row,) = parse_mot(line, "text")
+    assert (row.frame, row.track_id) == (0, 1)
+    assert (row.class_number, row.visibility) == (class_number, visibility)
 
 
-@pytest.mark.filterwarnings("ignore")  # TrackEval and Matplotlib, which it imports
-def test_trackeval_takes_the_file_as_it_is(tmp_path):
-    frames = [
-        [point(i, BoundingBox(40 * i + 2.5 * index, 30 + index, 30, 50), 0.7) for i in (1, 2, 12)]
-        for index in range(10)
-    ]
-    truth = write(tmp_path / "truth.csv", frames)
-    perfect = trackeval_scores(tmp_path / "a", truth, truth, 10)
-    assert perfect == pytest.approx((1, 1, 1))
-    moved = [
-        [point(p.track_id, BoundingBox(p.box.x + 9, p.box.y, 30, 50), 0.7) for p in points]
-        for points in frames
-    ]
-    result = write(tmp_path / "moved.csv", moved)
-    hota, mota, idf1 = trackeval_scores(tmp_path / "b", truth, result, 10)
-    assert hota < 0.7
-    assert (mota, idf1) == pytest.approx((1, 1))  # an overlap of 0.54 still counts as found
+def test_boxes_of_no_track_may_share_a_frame():
+    rows = parse_mot("1,-1,2,3,4,5,1\n1,-1,2,3,4,5,1\n", "text")
+    assert [row.track_id for row in rows] == [NO_TRACK, NO_TRACK]
