@@ -4,6 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from situp_annotate.formats.coco_import import read_coco, recognizes_coco
+from situp_annotate.formats.cvat_import import read_cvat, recognizes_cvat
+from situp_annotate.formats.label_studio_import import read_label_studio, recognizes_label_studio
+from situp_annotate.formats.mot_import import read_mot_seeds, recognizes_mot
+from situp_annotate.formats.otb import read_otb, recognizes_otb
 from situp_annotate.formats.seeds import ImportHints, Seeds
 
 __all__ = ["IMPORTERS", "Importer"]
@@ -28,5 +33,13 @@ class Importer:
     read: Callable[[Path, ImportHints], list[Seeds]]
 
 
-IMPORTERS: dict[str, Importer] = {}
+IMPORTERS: dict[str, Importer] = {
+    "cvat": Importer("CVAT for video 1.1, XML or its archive", recognizes_cvat, read_cvat),
+    "mot": Importer("MOTChallenge, or CVAT's archive of it", recognizes_mot, read_mot_seeds),
+    "label-studio": Importer(
+        "Label Studio's JSON export, video rectangles", recognizes_label_studio, read_label_studio
+    ),
+    "coco": Importer("COCO with videos, as TAO or YouTube-VIS", recognizes_coco, read_coco),
+    "otb": Importer("OTB ground truth, a line a frame", recognizes_otb, read_otb),
+}
 """By name, in the order in which they are asked whether they recognize a file."""

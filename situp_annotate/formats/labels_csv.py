@@ -24,14 +24,22 @@ from situp_annotate.types import (
     TrackPoint,
 )
 
-__all__ = ["LabelsCsvSink", "LabelsTable", "read_labels_csv"]
+__all__ = [
+    "LABELS_HEADER",
+    "LabelsCsvSink",
+    "LabelsTable",
+    "label_cells",
+    "read_labels_csv",
+    "time_cell",
+]
 
 _BOX = ("x", "y", "width", "height")
 _SIGNALS = ("apce", "peak", "scale")
-_HEADER = (
+LABELS_HEADER = (
     *("frame", "time_s", "track_id", "label", "state", "provenance"),
     *(*_BOX, "confidence", *_SIGNALS),
 )
+"""Names of the columns."""
 
 
 def _number(value: float | None) -> str:
@@ -44,15 +52,27 @@ def _exact(value: float) -> str:
     return repr(int(value) if value.is_integer() else value)
 
 
-def _seconds(time_ns: int) -> str:
+def time_cell(time_ns: int) -> str:
+    """A time as seconds with nine decimals, exactly."""
     sign, (whole, rest) = "-" * (time_ns < 0), divmod(abs(time_ns), NS_PER_S)
     return f"{sign}{whole}.{rest:09d}"
 
 
 def _nanoseconds(seconds: str) -> int:
     whole, _, rest = seconds.partition(".")
+    if not (len(rest) <= 9 and f"{rest}0".isdigit()):
+        raise ValueError(f"{seconds!r} is no time in seconds")
     magnitude = abs(int(whole)) * NS_PER_S + int(rest.ljust(9, "0"))
     return -magnitude if whole.startswith("-") else magnitude
+
+
+def label_cells(point: TrackPoint) -> tuple[str, ...]:
+    """The cells of a label from ``state`` on."""
+    # What a person drew stays as it is, to the digit.
+    written = _exact if point.provenance is Provenance.HUMAN else _number
+    box = (written(float(getattr(point.box, name))) for name in _BOX)
+    signals = (_number(getattr(point, name)) for name in _SIGNALS)
+    return (point.state, point.provenance, *box, _number(point.confidence), *signals)
 
 
 class LabelsCsvSink:
@@ -71,7 +91,7 @@ class LabelsCsvSink:
         self._outside = OutsideTracks(tracks)
         self._file = path.open("w", encoding="utf-8", newline="")
         self._writer = csv.writer(self._file, lineterminator="\n")
-        self._writer.writerow(_HEADER)
+        self._writer.writerow(LABELS_HEADER)
 
     @property
     def wants_pictures(self) -> bool:
@@ -80,20 +100,13 @@ class LabelsCsvSink:
 
     def write(self, frame: Frame, points: Sequence[TrackPoint]) -> None:
         """Add the rows of one frame, by track id."""
-        start = (frame.index, _seconds(frame.pts_ns))
-        rows = {point.track_id: self._cells(point) for point in points}
+        start = (frame.index, time_cell(frame.pts_ns))
+        rows = {point.track_id: label_cells(point) for point in points}
         for track in self._outside.at(frame, points):
             blank = ("",) * len(_BOX)
             rows[track.id] = (OUTSIDE, Provenance.HUMAN, *blank, "1", *("",) * len(_SIGNALS))
         for track_id in sorted(rows):
             self._writer.writerow((*start, track_id, self._labels[track_id], *rows[track_id]))
-
-    def _cells(self, point: TrackPoint) -> tuple[str, ...]:
-        # What a person drew stays as it is, to the digit.
-        written = _exact if point.provenance is Provenance.HUMAN else _number
-        box = (written(float(getattr(point.box, name))) for name in _BOX)
-        signals = (_number(getattr(point, name)) for name in _SIGNALS)
-        return (point.state, point.provenance, *box, _number(point.confidence), *signals)
 
     def __enter__(self) -> Self:
         return self
@@ -124,11 +137,14 @@ class LabelsTable:
 
 
 def _point(row: dict[str, str]) -> TrackPoint:
+    confidence = float(row["confidence"])
+    if not 0 <= confidence <= 1:
+        raise ValueError(f"confidence {confidence}")
     signals = {name: float(row[name]) if row[name] else None for name in _SIGNALS}
     return TrackPoint(
         int(row["track_id"]),
         BoundingBox(*(float(row[name]) for name in _BOX)),
-        float(row["confidence"]),
+        confidence,
         State(row["state"]),
         Provenance(row["provenance"]),
         **signals,
@@ -153,7 +169,7 @@ def read_labels_csv(path: Path) -> LabelsTable:
     try:
         with path.open(encoding="utf-8", newline="") as file:
             reader = csv.DictReader(file, strict=True)
-            if tuple(reader.fieldnames or ()) != _HEADER:
+            if tuple(reader.fieldnames or ()) != LABELS_HEADER:
                 raise SitupError(
                     f"{path}: the first line is not the header of a labels.csv; annotate the video "
                     "again."
@@ -167,14 +183,26 @@ def read_labels_csv(path: Path) -> LabelsTable:
     return table
 
 
+def _add_row(row: dict[str, str], table: LabelsTable) -> None:
+    if len(row) != len(LABELS_HEADER) or None in row.values():
+        raise ValueError("not as many cells as columns")
+    frame = int(row["frame"])
+    if frame < 0:
+        raise ValueError(f"frame {frame}")
+    table.times_ns[frame] = _nanoseconds(row["time_s"])
+    if row["state"] == OUTSIDE:
+        return
+    point = _point(row)
+    points = table.points.setdefault(point.track_id, {})
+    if frame in points:
+        raise ValueError(f"a second label of track {point.track_id} in frame {frame}")
+    points[frame] = point
+
+
 def _read_row(row: dict[str, str], table: LabelsTable, place: str) -> None:
     try:
-        frame = int(row["frame"])
-        table.times_ns[frame] = _nanoseconds(row["time_s"])
-        if row["state"] != OUTSIDE:
-            point = _point(row)
-            table.points.setdefault(point.track_id, {})[frame] = point
-    except (ValueError, TypeError, AttributeError, BoxError) as error:
+        _add_row(row, table)
+    except (ValueError, BoxError) as error:
         raise SitupError(
             f"{place}: this is not a row that `situp-annotate run` writes ({error}); annotate the "
             "video again."
