@@ -1,4 +1,4 @@
-"""The protobuf message of the MCAP's ``/tracks`` topic.
+"""The protobuf message of the MCAP's ``/camera/tracks`` topic.
 
 ::
 

@@ -9,7 +9,7 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
 from situp_annotate.formats.appearance import track_color
-from situp_annotate.formats.mcap_log import McapSink
+from situp_annotate.formats.mcap_log import LOG_TOPIC, TRACKS_TOPIC, McapSink
 from situp_annotate.types import (
     BoundingBox,
     Finding,
@@ -78,8 +78,8 @@ def test_summary_tells_channels_schemas_counts_and_compression(log):
     }
     assert found == {
         "/camera/annotations": ("foxglove.ImageAnnotations", "protobuf", "protobuf", 4),
-        "/tracks": ("situp_annotate.TrackStates", "protobuf", "protobuf", 4),
-        "/log": ("foxglove.Log", "protobuf", "protobuf", 3),
+        "/camera/tracks": ("situp_annotate.TrackStates", "protobuf", "protobuf", 4),
+        "/camera/log": ("foxglove.Log", "protobuf", "protobuf", 3),
     }
     assert {chunk.compression for chunk in summary.chunk_indexes} == {"zstd"}
     assert (summary.statistics.message_start_time, summary.statistics.message_end_time) == (
@@ -88,7 +88,7 @@ def test_summary_tells_channels_schemas_counts_and_compression(log):
     )
 
 
-@pytest.mark.parametrize("topic", ["/camera/annotations", "/tracks"])
+@pytest.mark.parametrize("topic", ["/camera/annotations", TRACKS_TOPIC])
 def test_every_frame_has_a_message_at_its_own_time(log, topic):
     messages = decoded(log, topic)
     assert [log_time for log_time, _, _ in messages] == TIMES
@@ -110,7 +110,7 @@ def test_boxes_are_closed_lines_with_text(log):
 
 
 def test_states_carry_everything(log):
-    protos = [proto for _, _, proto in decoded(log, "/tracks")]
+    protos = [proto for _, _, proto in decoded(log, TRACKS_TOPIC)]
     assert [proto.frame for proto in protos] == [0, 1, 2, 3]
     assert [[state.id for state in proto.states] for proto in protos] == [[3], [3, 5], [], [5]]
     human, tracked = protos[1].states
@@ -128,7 +128,7 @@ def test_lost_boxes_are_faint(tmp_path):
     ((_, _, proto),) = decoded(path, "/camera/annotations")
     assert [shape.outline_color.a for shape in proto.points] == [1.0, pytest.approx(0.4)]
     assert [text.text for text in proto.texts] == ["#3 Fußgänger key", "#5 car 0.10 lost"]
-    ((_, _, proto),) = decoded(path, "/tracks")
+    ((_, _, proto),) = decoded(path, TRACKS_TOPIC)
     assert [state.state for state in proto.states] == ["visible", "lost"]
     assert (proto.states[1].provenance, proto.states[1].x) == ("interpolated", 10.5)
 
@@ -141,7 +141,7 @@ def test_tracks_are_outside_from_the_keyframe_that_says_so_to_the_next_box(tmp_p
         for index in range(6):
             points = [HUMAN] if index in (0, 3) else []
             sink.write(Frame(index, index, np.empty((0, 0), np.uint8)), points)
-    protos = [proto for _, _, proto in decoded(path, "/tracks")]
+    protos = [proto for _, _, proto in decoded(path, TRACKS_TOPIC)]
     states = [[(state.id, state.state) for state in proto.states] for proto in protos]
     seen, outside = [(3, "visible")], [(3, "outside")]
     assert states == [seen, outside, outside, seen, outside, outside]
@@ -165,7 +165,7 @@ def test_the_schema_is_as_documented(log):
 
 
 def test_findings_stand_in_the_log_at_their_frame(log):
-    messages = decoded(log, "/log")
+    messages = decoded(log, LOG_TOPIC)
     assert [log_time for log_time, _, _ in messages] == [TIMES[0], TIMES[2], TIMES[-1]]
     assert [proto.level for _, _, proto in messages] == [2, 3, 2]
     assert messages[1][2].message == "Two frames are missing."
@@ -179,20 +179,29 @@ def test_metadata_and_attachments(log):
             each.name: (each.media_type, each.data) for each in reader.iter_attachments()
         }
     assert record.name == "situp-annotate"
-    assert record.metadata == {"version": "1.2.3", "frame_count": "4"}
+    assert record.metadata == {"version": "1.2.3", "frame_count": "4", "pictures": "none"}
     assert attachments == {
         "manifest.json": ("application/json", b"{}"),
         "mot.csv": ("text/csv", b"complete only now\n"),
     }
 
 
-def test_a_failure_does_not_pretend_to_be_a_finished_log(tmp_path):
+def test_a_failure_leaves_no_log(tmp_path):
     path = tmp_path / "annotations.mcap"
     with (
         pytest.raises(ZeroDivisionError),
         McapSink(path, info=INFO, tracks=TRACKS, metadata={}, attachments={}) as sink,
     ):
         sink.write(Frame(0, 0, np.zeros((2, 2), np.uint8)), [])
+        assert [each.name for each in tmp_path.iterdir()] == ["annotations.mcap.partial"]
         raise ZeroDivisionError
-    assert b"manifest" not in path.read_bytes()
-    assert not path.read_bytes().endswith(b"\x89MCAP0\r\n")
+    assert not [*tmp_path.iterdir()]
+
+
+def test_a_log_that_cannot_be_finished_is_not_there(tmp_path):
+    missing = {"mot.csv": tmp_path / "mot.csv"}
+    path = tmp_path / "annotations.mcap"
+    sink = McapSink(path, info=INFO, tracks=TRACKS, metadata={}, attachments=missing)
+    with pytest.raises(FileNotFoundError), sink:
+        sink.write(Frame(0, 0, np.zeros((2, 2), np.uint8)), [])
+    assert not [*tmp_path.iterdir()]
