@@ -46,8 +46,10 @@ def open_container(path: Path) -> InputContainer:
         If it is no video.
     """
     try:
-        # A playlist must not make FFmpeg fetch anything.
-        container = av.open(str(path), options={"protocol_whitelist": "file"})
+        # A playlist must not make FFmpeg fetch anything. Titles may be in any encoding.
+        container = av.open(
+            str(path), options={"protocol_whitelist": "file"}, metadata_errors="replace"
+        )
     except (FileNotFoundError, PermissionError, IsADirectoryError) as error:
         raise VideoMissingError(
             f"{path}: the video cannot be read ({error.strerror}); correct the path or its "
@@ -84,6 +86,10 @@ def video_stream(container: InputContainer, path: Path) -> VideoStream:
             f"{', '.join(sorted({stream.type for stream in container.streams})) or 'nothing'}; "
             "name a file with moving pictures."
         )
+    if stream.codec_context is None:
+        raise VideoFormatError(
+            f"{path}: FFmpeg does not know how the pictures in this file are coded; convert it."
+        )
     return stream
 
 
@@ -92,12 +98,15 @@ def read_packets(container: InputContainer, stream: VideoStream) -> Iterator["Pa
 
     The last packet is empty: given to a decoder, it brings out the pictures still in there.
     """
-    packets = container.demux(stream)
+    packets: Iterator[Packet[VideoStream]] | None = None
     while True:
         try:
+            packets = packets or container.demux(stream)
             yield next(packets)
-        except (StopIteration, av.FFmpegError):
-            return  # the file ends here, in good order or cut off
+        except (StopIteration, av.FFmpegError, IndexError):
+            # The file ends here, in good order or cut off; with an IndexError where streams have
+            # appeared midway.
+            return
 
 
 def open_stream(path: Path) -> tuple[InputContainer, VideoStream]:

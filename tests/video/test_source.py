@@ -383,3 +383,10 @@ def test_memory_holds_a_few_frames_however_long_the_video(tmp_path: Path, backen
         tracemalloc.stop()
     assert source.frames_decoded == 24
     assert peak < 4 * still.nbytes
+
+
+def test_a_title_in_another_encoding_does_no_harm(tmp_path):
+    path = write_video(tmp_path / "a.mkv", count=5)
+    path.write_bytes(path.read_bytes().replace(b"Lavf", b"L\xe4vf"))
+    with open_video(path) as source:
+        assert len(list(source)) == 5
