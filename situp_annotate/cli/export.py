@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from situp_annotate.errors import SitupError
+from situp_annotate.cli._finished import chosen_folders, run_argument, videos_option
 
 if TYPE_CHECKING:
     from situp_annotate.formats.labelled import LabelledVideo
@@ -14,24 +14,6 @@ if TYPE_CHECKING:
 __all__ = ["export"]
 
 _FORMATS = ("cvat", "cvat-mot", "mot", "mot-gt", "label-studio", "coco", "yolo", "csv")
-
-
-def _chosen(out: Path, video_ids: Sequence[str]) -> list[Path]:
-    """Folders of the videos to export."""
-    from situp_annotate.results import run_folders
-
-    folders = run_folders(out)
-    by_id = {folder.name: folder for folder in folders}
-    for video_id in video_ids:
-        if video_id not in by_id:
-            known = ", ".join(list(by_id)[:10]) or "none"
-            raise SitupError(
-                f"{out}: no annotated video has the id {video_id!r}; known are: {known}."
-            )
-    chosen = [by_id[video_id] for video_id in dict.fromkeys(video_ids)] or list(folders)
-    if not chosen:
-        raise SitupError(f"{out}: this run has annotated no video, so there is nothing to export.")
-    return chosen
 
 
 def _read_all(folders: Sequence[Path], name: str) -> "Iterator[LabelledVideo]":
@@ -45,7 +27,7 @@ def _read_all(folders: Sequence[Path], name: str) -> "Iterator[LabelledVideo]":
 
 
 @click.command(short_help="Write a run's labels in the formats of other tools.")
-@click.argument("out", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@run_argument
 @click.option(
     "--format",
     "-f",
@@ -63,13 +45,7 @@ def _read_all(folders: Sequence[Path], name: str) -> "Iterator[LabelledVideo]":
     show_default=True,
     help="Folder that gets a folder for each format.",
 )
-@click.option(
-    "--video",
-    "video_ids",
-    metavar="ID",
-    multiple=True,
-    help="Only this video of the run; may be given several times.  [default: all]",
-)
+@videos_option
 @click.option(
     "--iou",
     type=click.FloatRange(min=0, min_open=True, max=1),
@@ -121,7 +97,7 @@ def export(
 
     states = (State.VISIBLE, State.OCCLUDED, *([State.LOST] if lost else []))
     options = ExportOptions(iou=iou, states=states, images=images)
-    folders = _chosen(out, video_ids)
+    folders = chosen_folders(out, video_ids)
     for name in dict.fromkeys(names):
         place = output / name
         with staged_entries(place, overwrite=overwrite) as staging:

@@ -1,10 +1,14 @@
 """How a track looks: the same in every output and every run."""
 
 import colorsys
+from typing import Literal
 
 from situp_annotate.types import Provenance, State, Track, TrackPoint
 
-__all__ = ["caption", "track_color"]
+__all__ = ["Captions", "caption", "track_color"]
+
+Captions = Literal["full", "id", "none"]
+"""How much stands beside a box: everything, its track's id, or nothing."""
 
 _GOLDEN_RATIO = 0.618033988749895
 _FIRST_HUE = 0.08
@@ -22,11 +26,15 @@ def track_color(track_id: int) -> tuple[int, int, int]:
     return round(255 * red), round(255 * green), round(255 * blue)
 
 
-def caption(track: Track, point: TrackPoint) -> str:
+def caption(track: Track, point: TrackPoint, detail: Captions = "full") -> str:
     """Text beside a box: id, label, the confidence or that a person drew it, and the state.
 
-    The state is left out where the object is visible.
+    The state is left out where the object is visible; less detail leaves out more.
     """
+    if detail == "none":
+        return ""
+    if detail == "id":
+        return f"#{track.id}"
     trust = "key" if point.provenance is Provenance.HUMAN else f"{point.confidence:.2f}"
     state = "" if point.state is State.VISIBLE else f" {point.state}"
     return f"#{track.id} {track.label} {trust}{state}"

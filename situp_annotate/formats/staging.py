@@ -149,8 +149,8 @@ def _publish_entry(entry: Path, place: Path) -> None:
         entry.replace(place)
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file (UTF-8) whole or not at all, replacing one that stands there.
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file, text as UTF-8, whole or not at all, replacing one that stands there.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def write_whole(path: Path, text: str) -> None:
     partial = path.with_name(f".{path.name}.partial")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text(text, encoding="utf-8")
+        partial.write_bytes(content.encode() if isinstance(content, str) else content)
         _sync(partial)
         partial.replace(path)
     except OSError as error:

@@ -11,6 +11,7 @@ import numpy as np
 from situp_annotate.errors import VideoError
 from situp_annotate.types import Finding, Frame, Image, VideoInfo
 from situp_annotate.video.opening import open_video
+from situp_annotate.video.prefetch import reading_ahead
 from situp_annotate.video.rewinding import Rewinder
 from situp_annotate.video.source import FrameSource
 
@@ -60,6 +61,8 @@ class VideoFootage:
         As of `open_video`.
     budget_bytes : int
         As of `Rewinder`: about how many bytes of decoded pictures a walk backward may hold.
+    threads : int
+        With more than one, walks forward decode ahead.
     walk : ForwardWalk, optional
         Of the same video, from an earlier run; with it, walks backward need no walk forward.
 
@@ -80,9 +83,11 @@ class VideoFootage:
         *,
         incomplete: Literal["fail", "keep"] = "fail",
         budget_bytes: int = 256 * 2**20,
+        threads: int = 1,
         walk: ForwardWalk | None = None,
     ) -> None:
         self._path = path
+        self._threads = threads
         self._incomplete = incomplete
         self._budget_bytes = budget_bytes
         self._walk = walk
@@ -122,8 +127,8 @@ class VideoFootage:
         """
         times_ns: list[int] = []
         findings_at: dict[int, tuple[Finding, ...]] = {}
-        with self._take_source() as source:
-            for frame in source:
+        with self._take_source() as source, reading_ahead(source, self._threads) as frames:
+            for frame in frames:
                 times_ns.append(frame.pts_ns)
                 if frame.findings:
                     findings_at[frame.index] = frame.findings

@@ -1,20 +1,23 @@
 """H.264 video out, with the true time of every frame."""
 
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 import av
-import numpy as np
-from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 
 from situp_annotate.errors import OutputError
-from situp_annotate.types import NS_PER_S, Image
+from situp_annotate.types import Image
+from situp_annotate.video.background import Background
+from situp_annotate.video.sound import SoundTrack
+from situp_annotate.video.x264 import TICKS_PER_SECOND, set_up_encoder, ticks, yuv_frame
 
 __all__ = ["H264Writer"]
 
-_TICKS_PER_SECOND = 90_000
+_SECONDS_BETWEEN_KEYFRAMES = 2
+"""So that a browser that jumps somewhere has little to decode."""
 
 
 class H264Writer:
@@ -34,9 +37,14 @@ class H264Writer:
     crf : int
         Quality from 1 (best) to 51 (worst); 0 would be lossless, which browsers cannot play.
     preset : str
-        x264's trade of speed for size, such as ``"superfast"``.
+        x264's trade of speed for size, such as ``"ultrafast"``.
     pixel_aspect_ratio : Fraction
         Width of a pixel over its height.
+    sound : Path, optional
+        The video whose sound to take along, if it has any.
+    background : bool
+        Whether to encode in a thread of its own, a few pictures behind. A picture must not be
+        changed any more then, and a failure is raised by a later call. The bytes are the same.
     """
 
     def __init__(
@@ -47,30 +55,30 @@ class H264Writer:
         height: int,
         frame_rate: Fraction,
         crf: int = 23,
-        preset: str = "superfast",
+        preset: str = "ultrafast",
         pixel_aspect_ratio: Fraction = Fraction(1),
+        sound: Path | None = None,
+        background: bool = False,
     ) -> None:
         self._path = path
-        self._padding = (height % 2, width % 2)
         self._container = av.open(
             str(path), "w", format="mp4", container_options={"movflags": "+faststart"}
         )
         self._stream = self._container.add_stream(
             "libx264",
             rate=frame_rate.limit_denominator(100_000),
-            options={"crf": str(crf), "preset": preset},
+            # "ultrafast" alone does without deblocking, and smooth areas fall into squares. With
+            # B-frames and a variable frame rate the file would end before its last pictures.
+            options={"crf": str(crf), "preset": preset, "bf": "0", "x264-params": "deblock=0,0"},
         )
-        self._stream.width, self._stream.height = width + width % 2, height + height % 2
-        self._stream.pix_fmt = "yuv420p"
         context = self._stream.codec_context
-        context.time_base = Fraction(1, _TICKS_PER_SECOND)
-        context.thread_count = 1
+        set_up_encoder(context, width=width, height=height)
+        context.gop_size = max(round(_SECONDS_BETWEEN_KEYFRAMES * frame_rate), 1)
         context.sample_aspect_ratio = pixel_aspect_ratio
-        # Untagged, browsers guess the matrix by the picture's size and shift the colours.
-        context.colorspace, context.color_range = Colorspace.ITU709, ColorRange.MPEG
-        context.color_primaries, context.color_trc = ColorPrimaries.BT709, ColorTrc.BT709
         self._last_tick = -1
-        self._usual_ticks = max(round(_TICKS_PER_SECOND / frame_rate), 1)
+        self._usual_ticks = max(round(TICKS_PER_SECOND / frame_rate), 1)
+        self._sound = SoundTrack(sound, self._container) if sound is not None else None
+        self._background = Background(self._write) if background else None
 
     def write(self, image: Image, pts_ns: int) -> None:
         """Add a picture, (height, width) or (height, width, 3) in the order B, G, R.
@@ -81,29 +89,49 @@ class H264Writer:
             The picture.
         pts_ns : int
             Its time in nanoseconds, later than the one before; kept to 1/90000 s.
-        """
-        pixels = np.ascontiguousarray(image)
-        if any(self._padding):
-            margins = [(0, self._padding[0]), (0, self._padding[1]), (0, 0)]
-            pixels = np.pad(pixels, margins[: image.ndim], mode="edge")
-        frame = av.VideoFrame.from_ndarray(pixels, format="gray" if image.ndim == 2 else "bgr24")
-        frame = frame.reformat(
-            format="yuv420p",
-            dst_colorspace=Colorspace.ITU709,
-            dst_color_range=ColorRange.MPEG,
-            threads=1,
-        )
-        tick = max(round(pts_ns * _TICKS_PER_SECOND / NS_PER_S), self._last_tick + 1)
-        self._last_tick = tick
-        frame.pts, frame.time_base = tick, Fraction(1, _TICKS_PER_SECOND)
-        frame.duration = self._usual_ticks
-        self._encode(frame)
 
-    def _encode(self, frame: av.VideoFrame | None) -> None:
+        Raises
+        ------
+        OutputError
+            If the file cannot be written.
+        """
+        (self._background or self._write)(image, pts_ns)
+
+    def _write(self, image: Image, pts_ns: int) -> None:
+        frame = yuv_frame(image)
+        self._last_tick = max(ticks(pts_ns), self._last_tick + 1)
+        frame.pts, frame.time_base = self._last_tick, Fraction(1, TICKS_PER_SECOND)
+        frame.duration = self._usual_ticks
+        self._encode(frame, pts_ns)
+
+    def _encode(self, frame: av.VideoFrame | None, pts_ns: int | None) -> None:
+        """Encode a picture and add what is heard up to its time; None ends both."""
         try:
             self._container.mux(self._stream.encode(frame))
+            if self._sound is not None:
+                self._sound.write_until(pts_ns)
         except av.FFmpegError as error:
             raise OutputError(f"{self._path}: cannot write the video: {error.strerror}.") from error
+
+    def _finish(self) -> None:
+        """Encode what is waiting, and write the index."""
+        if self._background is not None:
+            self._background.finish()
+        self._encode(None, None)
+        try:
+            self._container.close()
+        except av.FFmpegError as error:
+            raise OutputError(
+                f"{self._path}: cannot finish the video: {error.strerror}."
+            ) from error
+
+    def _free(self) -> None:
+        if self._background is not None:
+            self._background.close()
+        if self._sound is not None:
+            self._sound.close()
+        with suppress(av.FFmpegError):
+            self._container.close()
 
     def __enter__(self) -> Self:
         return self
@@ -114,12 +142,8 @@ class H264Writer:
         exc: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        if exc_type is None:
-            self._encode(None)
         try:
-            self._container.close()
-        except av.FFmpegError as error:
             if exc_type is None:
-                raise OutputError(
-                    f"{self._path}: cannot finish the video: {error.strerror}."
-                ) from error
+                self._finish()
+        finally:
+            self._free()

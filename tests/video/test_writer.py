@@ -1,8 +1,10 @@
 """Videos written, decoded again with PyAV."""
 
+import threading
 from fractions import Fraction
 
 import av
+import cv2
 import numpy as np
 import pytest
 from support.media import draw_index, read_index
@@ -52,7 +54,7 @@ def test_a_browser_can_play_it(tmp_path):
         assert context.profile in {"High", "Main", "Constrained Baseline"}
 
 
-@pytest.mark.parametrize("size", [(49, 64), (48, 65), (49, 65)])
+@pytest.mark.parametrize("size", [(49, 64), (48, 65), (49, 65), (53, 67)])
 @pytest.mark.parametrize("grey", [False, True])
 def test_odd_sizes_are_padded_by_repetition(tmp_path, size, grey):
     image = np.full(size if grey else (*size, 3), 40, np.uint8)
@@ -77,6 +79,33 @@ def test_same_frames_give_the_same_bytes(tmp_path):
     assert write(tmp_path / "b.mp4", images, times).read_bytes() == first
 
 
+def test_bytes_are_the_same_from_the_background(tmp_path):
+    images, times = [draw_index(k) for k in range(30)], [k * 40_000_000 for k in range(30)]
+    first = write(tmp_path / "a.mp4", images, times).read_bytes()
+    assert write(tmp_path / "b.mp4", images, times, background=True).read_bytes() == first
+
+
+@pytest.mark.parametrize("size", [(48, 64), (50, 62), (270, 480), (1, 1)])
+def test_pictures_of_any_even_size_come_back(tmp_path, size):
+    rng = np.random.default_rng(3)
+    small = rng.integers(0, 256, (max(size[0] // 16, 1), max(size[1] // 16, 1), 3), np.uint8)
+    image = cv2.resize(small, size[::-1], interpolation=cv2.INTER_CUBIC)
+    (frame,) = decode(write(tmp_path / "v.mp4", [image], [0], crf=1))
+    back = frame.to_ndarray(format="bgr24")[: size[0], : size[1]].astype(int)
+    assert np.abs(back - image).mean() < 6
+
+
+def test_a_browser_that_jumps_has_two_seconds_to_decode_at_most(tmp_path):
+    path = write(
+        tmp_path / "v.mp4",
+        [draw_index(k) for k in range(130)],
+        [k * 10**9 // 30 for k in range(130)],
+    )
+    with av.open(str(path)) as container:
+        keys = [k for k, packet in enumerate(container.demux(video=0)) if packet.is_keyframe]
+    assert keys == [0, 60, 120]
+
+
 def test_a_failure_passes_through(tmp_path):
     with (
         pytest.raises(ZeroDivisionError),
@@ -85,16 +114,19 @@ def test_a_failure_passes_through(tmp_path):
         raise ZeroDivisionError
 
 
-def test_a_full_disk_is_an_output_error():
+@pytest.mark.parametrize("background", [False, True])
+def test_a_full_disk_is_an_output_error(background):
     from pathlib import Path
 
     full = Path("/dev/full")
     if not full.exists():
         pytest.skip("no /dev/full here")
+    before = threading.active_count()
     rng = np.random.default_rng(0)
     images = [rng.integers(0, 256, (240, 320, 3), np.uint8) for _ in range(60)]
     with pytest.raises(OutputError, match="cannot"):
-        write(full, images, [k * 40_000_000 for k in range(60)])
+        write(full, images, [k * 40_000_000 for k in range(60)], background=background)
+    assert threading.active_count() == before
 
 
 def test_the_colour_matrix_is_said_and_true(tmp_path):
