@@ -19,10 +19,11 @@ from situp_annotate.errors import EXIT_FAILED, EXIT_OK, OutputError, SitupError,
 from situp_annotate.executors import ProcessExecutor, SerialExecutor, result_of
 from situp_annotate.formats.staging import discard_staging, write_whole
 from situp_annotate.outcomes import VideoFailure, VideoReport
+from situp_annotate.overview import overview_html
 from situp_annotate.pipeline import annotate_video, versions
 from situp_annotate.progress import BatchProgress, FrameCounters
 from situp_annotate.recipe import Recipe
-from situp_annotate.results import BATCH_FILE
+from situp_annotate.results import BATCH_FILE, REPORT_FILE
 from situp_annotate.types import VideoJob
 
 __all__ = ["BatchReport", "Outcome", "annotate_batch", "core_count"]
@@ -278,6 +279,9 @@ def annotate_batch(
         )
         text = json.dumps(report.as_dict(), indent=2, ensure_ascii=False)
         write_whole(output / BATCH_FILE, text + "\n")
+        if recipe.outputs.report:
+            page = overview_html(report.outcomes, interrupted=interrupted)
+            write_whole(output / REPORT_FILE, page)
     return report
 
 

@@ -30,6 +30,9 @@ class TrackSummary:
         First and last frame with a box; None without any.
     mean_confidence : float or None
         Over the boxes that no person drew, in [0, 1]; None without any.
+    profile : str
+        Lowest confidence in each of at most 40 equal parts of the video, in tenths from 0 to 9;
+        "." where there is no box.
     review : tuple of Suggestion
         Frames in which a box is expected to help most, best first.
     """
@@ -45,6 +48,7 @@ class TrackSummary:
     first_frame: int | None = None
     last_frame: int | None = None
     mean_confidence: float | None = None
+    profile: str = ""
     review: tuple[Suggestion, ...] = ()
 
     @property

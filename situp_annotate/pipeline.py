@@ -55,7 +55,11 @@ def _propagate(
     budget_bytes = options.memory_mb * _BYTES_PER_MB
     with watch.stage("open"):
         footage = VideoFootage(
-            job.path, incomplete=incomplete, budget_bytes=budget_bytes, walk=walk
+            job.path,
+            incomplete=incomplete,
+            budget_bytes=budget_bytes,
+            threads=threads,
+            walk=walk,
         )
 
     def expect(count: int, *, surveyed: bool) -> None:
@@ -106,7 +110,8 @@ def annotate_video(
     recipe : Recipe, optional
         Defaults to the paper's tracker and all outputs.
     threads : int
-        Tracks to follow at a time; results do not depend on it.
+        Tracks to follow at a time; with more than one, decoding and encoding overlap with the
+        rest, too. Results do not depend on it.
     overwrite : bool
         Replace outputs that are already there.
     cache : bool
@@ -139,7 +144,15 @@ def annotate_video(
         kept = VideoCache(place, sha256, recipe.tracker, versions())
         labels, walk = _propagate(job, recipe, kept, watch, progress, threads)
         written = write_labels(
-            folder, job, recipe, labels, walk, sha256=sha256, watch=watch, progress=progress
+            folder,
+            job,
+            recipe,
+            labels,
+            walk,
+            sha256=sha256,
+            watch=watch,
+            progress=progress,
+            threads=threads,
         )
         report = VideoReport(
             id=job.id,

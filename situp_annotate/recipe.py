@@ -19,7 +19,8 @@ from pydantic import TypeAdapter, ValidationError
 from situp_annotate.errors import RecipeError, TrackingError
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.exporting import EXPORTERS
-from situp_annotate.formats.overlay import OverlayOptions
+from situp_annotate.formats.mcap_pictures import McapOptions
+from situp_annotate.formats.overlay_options import OverlayOptions
 from situp_annotate.propagation import PropagationOptions
 from situp_annotate.tracking import TrackerParams
 from situp_annotate.types import State
@@ -60,8 +61,8 @@ class Outputs:
 
     Attributes
     ----------
-    mot, mcap, overlay : bool
-        Whether to write ``mot.csv``, ``annotations.mcap`` and ``overlay.mp4``.
+    mot, mcap, overlay, report : bool
+        Whether to write ``mot.csv``, ``annotations.mcap``, ``overlay.mp4`` and ``report.html``.
     exports : tuple of str
         Formats to export the labels to, as ``situp-annotate export`` does.
 
@@ -74,6 +75,7 @@ class Outputs:
     mot: bool = True
     mcap: bool = True
     overlay: bool = True
+    report: bool = True
     exports: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -85,7 +87,7 @@ class Outputs:
     @property
     def show_pictures(self) -> bool:
         """Whether the video is likely to be decoded once more, for what shows its pictures."""
-        return self.overlay or self.mcap
+        return self.overlay or self.mcap or self.report
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +115,7 @@ class Recipe:
     decoding: DecodingOptions = field(default_factory=DecodingOptions)
     outputs: Outputs = field(default_factory=Outputs)
     mot: MotOptions = field(default_factory=MotOptions)
+    mcap: McapOptions = field(default_factory=McapOptions)
     overlay: OverlayOptions = field(default_factory=OverlayOptions)
     export: ExportOptions = field(default_factory=ExportOptions)
 

@@ -16,6 +16,7 @@ __all__ = [
     "BATCH_FILE",
     "LABELS_FILE",
     "MANIFEST_FILE",
+    "REPORT_FILE",
     "SUMMARY_FILE",
     "labelled_video",
     "read_run",
@@ -31,6 +32,9 @@ LABELS_FILE = "labels.csv"
 
 MANIFEST_FILE = "manifest.json"
 """In the folder of a video: the manifest of this video alone, as the run was given it."""
+
+REPORT_FILE = "report.html"
+"""In the output folder: the review report of the batch; in the folder of a video: its page."""
 
 SUMMARY_FILE = "summary.json"
 """In the folder of a video: what was done with it."""

@@ -1,7 +1,7 @@
 """Write the labels of one video to every file that a recipe asks for."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -10,30 +10,45 @@ from situp_annotate.errors import VideoError
 from situp_annotate.formats.exporting import EXPORTERS
 from situp_annotate.formats.labels_csv import LabelsCsvSink
 from situp_annotate.formats.manifest import dump_manifest
-from situp_annotate.formats.mcap_log import McapSink
+from situp_annotate.formats.mcap_layout import layout_json
+from situp_annotate.formats.mcap_log import ANNOTATIONS_TOPIC, McapSink
+from situp_annotate.formats.mcap_pictures import open_pictures
 from situp_annotate.formats.mot import MotSink
 from situp_annotate.formats.overlay import OverlaySink
+from situp_annotate.formats.overlay_stretches import doubtful_stretches
 from situp_annotate.formats.review import review_csv
 from situp_annotate.formats.sinks import Sink
 from situp_annotate.formats.staging import write_whole
 from situp_annotate.outcomes import TrackSummary
 from situp_annotate.propagation import Labels, suggest
 from situp_annotate.recipe import Recipe
-from situp_annotate.results import LABELS_FILE, MANIFEST_FILE, SUMMARY_FILE, labelled_video
+from situp_annotate.report import ReportSink, profile
+from situp_annotate.results import (
+    LABELS_FILE,
+    MANIFEST_FILE,
+    REPORT_FILE,
+    SUMMARY_FILE,
+    labelled_video,
+)
 from situp_annotate.stages import FrameProgress, Stopwatch
 from situp_annotate.types import Frame, TrackPoint, VideoInfo, VideoJob
 from situp_annotate.video import ForwardWalk, open_video
+from situp_annotate.video.prefetch import reading_ahead
 
 __all__ = ["OUTPUTS", "Written", "write_labels"]
 
 _MOT = "mot.csv"
 _MCAP = "annotations.mcap"
+_LAYOUT = "annotations.layout.json"
 _OVERLAY = "overlay.mp4"
 _REVIEW = "review.csv"
 
-OUTPUTS = frozenset(
-    {_MOT, _MCAP, _OVERLAY, _REVIEW, LABELS_FILE, MANIFEST_FILE, SUMMARY_FILE, *EXPORTERS}
-)
+OUTPUTS = frozenset({_MOT, _MCAP, _LAYOUT, _OVERLAY, _REVIEW, *EXPORTERS}) | {
+    LABELS_FILE,
+    MANIFEST_FILE,
+    REPORT_FILE,
+    SUMMARY_FILE,
+}
 """Names of everything that a video's folder may hold."""
 
 
@@ -69,12 +84,21 @@ def _provenance(job: VideoJob, recipe: Recipe, info: VideoInfo, sha256: str) -> 
 
 
 def _open_sinks(
-    folder: Path, job: VideoJob, recipe: Recipe, info: VideoInfo, sha256: str, stack: ExitStack
+    folder: Path,
+    job: VideoJob,
+    recipe: Recipe,
+    labels: Labels,
+    walk: ForwardWalk,
+    stack: ExitStack,
+    *,
+    sha256: str,
+    threads: int,
 ) -> dict[str, Sink]:
     """Start every output that the recipe asks for, by file name.
 
     The stack finishes them in reverse: the CSV is complete before the MCAP attaches it.
     """
+    info = walk.info
     labels_csv = LabelsCsvSink(folder / LABELS_FILE, tracks=job.tracks)
     sinks: dict[str, Sink] = {LABELS_FILE: stack.enter_context(labels_csv)}
     if recipe.outputs.mcap:
@@ -82,17 +106,26 @@ def _open_sinks(
         attachments: dict[str, Path | bytes] = {"manifest.json": manifest}
         if recipe.outputs.mot:
             attachments[_MOT] = folder / _MOT
+        pictures = open_pictures(info, walk.times_ns, recipe.mcap)
+        if pictures is not None:
+            write_whole(folder / _LAYOUT, layout_json(pictures.topic, ANNOTATIONS_TOPIC))
         log = McapSink(
             folder / _MCAP,
             info=info,
             tracks=job.tracks,
             metadata=_provenance(job, recipe, info, sha256),
             attachments=attachments,
+            pictures=pictures,
         )
         sinks[_MCAP] = stack.enter_context(log)
     if recipe.outputs.overlay:
         overlay = OverlaySink(
-            folder / _OVERLAY, info=info, tracks=job.tracks, options=recipe.overlay
+            folder / _OVERLAY,
+            info=info,
+            tracks=job.tracks,
+            options=recipe.overlay,
+            stretches=doubtful_stretches(labels, job.tracks, info, recipe.overlay),
+            background=threads > 1,
         )
         sinks[_OVERLAY] = stack.enter_context(overlay)
     if recipe.outputs.mot:
@@ -101,14 +134,35 @@ def _open_sinks(
     return sinks
 
 
+def _report_sink(
+    folder: Path,
+    job: VideoJob,
+    recipe: Recipe,
+    labels: Labels,
+    walk: ForwardWalk,
+    tracks: Iterable[TrackSummary],
+    files: Iterable[str],
+) -> ReportSink:
+    layout = [_LAYOUT] if (folder / _LAYOUT).exists() else []
+    return ReportSink(
+        folder / REPORT_FILE,
+        video_id=job.id,
+        walk=walk,
+        labels=labels,
+        suggestions=[each for track in tracks for each in track.review],
+        files=sorted([*files, *layout, _REVIEW, MANIFEST_FILE, SUMMARY_FILE]),
+        stretches=doubtful_stretches(labels, job.tracks, walk.info, recipe.overlay),
+    )
+
+
 def _decoded(
-    job: VideoJob, recipe: Recipe, watch: Stopwatch, progress: FrameProgress
-) -> Iterator[Frame]:
+    job: VideoJob, recipe: Recipe, watch: Stopwatch, progress: FrameProgress, threads: int
+) -> Generator[Frame]:
     """The frames with their pictures, decoded once more."""
     with watch.stage("open"):
         source = open_video(job.path, incomplete=recipe.decoding.incomplete)
-    with source:
-        for frame in watch.timed("decode", source):
+    with source, reading_ahead(source, threads) as frames:
+        for frame in watch.timed("decode", frames):
             yield frame
             progress.step()
 
@@ -128,12 +182,17 @@ def _labelled(
     next(frames, None)  # so that the source goes over its end, too
 
 
-def _summaries(job: VideoJob, labels: Labels, size_hw: tuple[int, int]) -> dict[int, TrackSummary]:
+def _summaries(labels: Labels, size_hw: tuple[int, int]) -> dict[int, TrackSummary]:
     """What is known of each track before its boxes are counted, by id."""
-    reviews = {of_track.track.id: suggest(of_track, size_hw) for of_track in labels.tracks}
     return {
-        track.id: TrackSummary(track.id, track.label, track.attributes, review=reviews[track.id])
-        for track in sorted(job.tracks, key=lambda track: track.id)
+        each.track.id: TrackSummary(
+            each.track.id,
+            each.track.label,
+            each.track.attributes,
+            profile=profile(each, labels.frame_count),
+            review=suggest(each, size_hw),
+        )
+        for each in labels.tracks
     }
 
 
@@ -163,6 +222,7 @@ def write_labels(
     sha256: str,
     watch: Stopwatch,
     progress: FrameProgress,
+    threads: int = 1,
 ) -> Written:
     """Write all outputs of a video except the summary.
 
@@ -180,6 +240,8 @@ def write_labels(
         Hash of the video.
     watch, progress : Stopwatch, FrameProgress
         Take note.
+    threads : int
+        With more than one, decoding and encoding overlap with the rest; the files are the same.
 
     Raises
     ------
@@ -187,12 +249,20 @@ def write_labels(
         If the video has to be decoded again and that fails.
     """
     with watch.stage("review"):
-        summaries = _summaries(job, labels, (walk.info.height, walk.info.width))
+        summaries = _summaries(labels, (walk.info.height, walk.info.width))
     with ExitStack() as stack:
-        sinks = _open_sinks(folder, job, recipe, walk.info, sha256, stack)
+        sinks = _open_sinks(
+            folder, job, recipe, labels, walk, stack, sha256=sha256, threads=threads
+        )
+        if recipe.outputs.report:
+            report = _report_sink(folder, job, recipe, labels, walk, summaries.values(), sinks)
+            sinks[REPORT_FILE] = stack.enter_context(report)
         pictures = any(sink.wants_pictures for sink in sinks.values())
         progress.expect(labels.frame_count if pictures else 0)
-        frames = _decoded(job, recipe, watch, progress) if pictures else walk.frames()
+        frames = walk.frames()
+        if pictures:
+            decoded = _decoded(job, recipe, watch, progress, threads)
+            frames = stack.enter_context(closing(decoded))
         for frame, points in _labelled(frames, labels, job.path):
             for name, sink in sinks.items():
                 with watch.stage(name):
@@ -207,5 +277,6 @@ def write_labels(
     write_whole(folder / MANIFEST_FILE, dump_manifest([job], folder))
     with watch.stage("export"):
         _export(folder, job, recipe, walk)
-    outputs = [*sinks, _REVIEW, MANIFEST_FILE, *recipe.outputs.exports]
+    layout = [_LAYOUT] if (folder / _LAYOUT).exists() else []
+    outputs = [*sinks, *layout, _REVIEW, MANIFEST_FILE, *recipe.outputs.exports]
     return Written(tuple(sorted(outputs)), tracks)

@@ -73,7 +73,7 @@ def test_one_bad_video_never_costs_another(damaged, tmp_path):
     assert outcomes["good"].frames == outcomes["av1"].frames == 12
     assert report.exit_code == 1
     left = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert left == [".cache", "av1", "batch.json", "good"]
+    assert left == [".cache", "av1", "batch.json", "good", "report.html"]
     for name in ("av1", "good"):
         assert (tmp_path / "out" / name / "overlay.mp4").stat().st_size > 1000
 
@@ -233,7 +233,10 @@ def test_interrupt_keeps_what_is_complete_and_leaves_no_process(tmp_path):
         _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130, stderr
     assert b"Interrupted: the videos that were complete are in" in stderr
-    assert sorted(path.name for path in output.iterdir()) == [".cache", "batch.json", "short"]
+    assert sorted(path.name for path in output.iterdir()) == [
+        ".cache", "batch.json", "report.html", "short",
+    ]  # fmt: skip
+    assert "interrupted" in (output / "report.html").read_text()
     written = json.loads((output / "batch.json").read_text())
     assert written["interrupted"]
     assert [video["id"] for video in written["videos"]] == ["short"]

@@ -13,6 +13,7 @@ from support.patch import STEP, box_at, keyframe_at, moving, patch_job, write_pa
 
 from situp_annotate import writing
 from situp_annotate.errors import VideoError
+from situp_annotate.formats.mcap_log import TRACKS_TOPIC
 from situp_annotate.formats.mot import read_mot
 from situp_annotate.pipeline import annotate_video
 from situp_annotate.recipe import load_recipe
@@ -74,12 +75,12 @@ def test_nothing_is_read_backward_without_need(clip, tmp_path, monkeypatch):
     assert "rewind" not in report.seconds
 
 
-def test_pictures_are_decoded_again_only_for_the_overlay(clip, tmp_path, monkeypatch):
+def test_pictures_are_decoded_again_only_where_they_are_looked_at(clip, tmp_path, monkeypatch):
     def fail(*_, **__):
         raise AssertionError("decoded again")
 
     monkeypatch.setattr(writing, "open_video", fail)
-    recipe = load_recipe("situp", ["outputs.overlay=false"])
+    recipe = load_recipe("situp", ["outputs.overlay=false", "outputs.report=false"])
     report = annotate_video(patch_job(clip, 0), tmp_path, recipe)
     assert "annotations.mcap" in report.outputs
     with pytest.raises(AssertionError, match="decoded again"):
@@ -115,7 +116,7 @@ def test_a_track_can_be_interpolated(clip, tmp_path):
 def states_in_log(path):
     with path.open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-        messages = reader.iter_decoded_messages(topics=["/tracks"])
+        messages = reader.iter_decoded_messages(topics=[TRACKS_TOPIC])
         return [{state.id: state for state in proto.states} for *_, proto in messages]
 
 

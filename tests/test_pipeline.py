@@ -36,8 +36,8 @@ def test_all_outputs_are_there_and_nothing_else(done):
     report, folder = done
     assert sorted(path.name for path in folder.iterdir()) == sorted(report.outputs)
     assert set(report.outputs) == {
-        "annotations.mcap", "labels.csv", "manifest.json", "mot.csv", "overlay.mp4", "review.csv",
-        "summary.json",
+        "annotations.layout.json", "annotations.mcap", "labels.csv", "manifest.json", "mot.csv",
+        "overlay.mp4", "report.html", "review.csv", "summary.json",
     }  # fmt: skip
     assert sorted(path.name for path in folder.parent.iterdir()) == [".cache", "patch"]
 
@@ -137,3 +137,22 @@ def test_progress_is_told_after_each_frame(clip, tmp_path):
         job_of(clip), tmp_path, load_recipe("csv_only"), on_progress=lambda *step: seen.append(step)
     )
     assert [done for done, _ in seen] == list(range(1, 13))
+
+
+def test_files_do_not_depend_on_threads(clip, tmp_path):
+    for threads in (1, 3):
+        annotate_video(job_of(clip), tmp_path / str(threads), threads=threads)
+    one, three = (tmp_path / name / "patch" for name in ("1", "3"))
+    for path in one.iterdir():
+        if path.name != "summary.json":  # which says how long it took
+            assert path.read_bytes() == (three / path.name).read_bytes(), path.name
+
+
+def test_an_overlay_of_what_is_doubtful(clip, tmp_path):
+    rows = {}
+    for below in (1.0, 0.0):
+        recipe = load_recipe("overlay", [f"overlay.below={below}", "overlay.context=0"])
+        annotate_video(job_of(clip), tmp_path / str(below), recipe)
+        with av.open(str(tmp_path / str(below) / "patch" / "overlay.mp4")) as overlay:
+            rows[below] = len(list(overlay.decode(video=0)))
+    assert rows == {1.0: 11, 0.0: 12}  # all but the keyframe, and all

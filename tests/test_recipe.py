@@ -6,8 +6,10 @@ from dataclasses import asdict
 import pytest
 
 from situp_annotate.errors import RecipeError
+from situp_annotate.formats.mcap_pictures import McapOptions
+from situp_annotate.formats.overlay_options import OverlayOptions
 from situp_annotate.propagation import PropagationOptions
-from situp_annotate.recipe import MotOptions, Recipe, _folder, load_recipe, recipe_names
+from situp_annotate.recipe import MotOptions, Outputs, Recipe, _folder, load_recipe, recipe_names
 from situp_annotate.tracking import TrackerParams
 from situp_annotate.types import Extend, Method, State
 
@@ -18,7 +20,14 @@ def test_situp_equals_the_defaults():
 
 @pytest.mark.parametrize(
     ("section", "defaults"),
-    [("tracker", TrackerParams()), ("propagation", PropagationOptions()), ("mot", MotOptions())],
+    [
+        ("tracker", TrackerParams()),
+        ("propagation", PropagationOptions()),
+        ("outputs", Outputs()),
+        ("mot", MotOptions()),
+        ("mcap", McapOptions()),
+        ("overlay", OverlayOptions()),
+    ],
 )
 def test_situp_spells_out_every_setting(section, defaults):
     document = tomllib.loads((_folder() / "situp.toml").read_text())
@@ -32,9 +41,9 @@ def test_every_ready_made_recipe_loads():
         load_recipe(name)
 
 
-def test_csv_only_writes_nothing_else():
-    outputs = load_recipe("csv_only").outputs
-    assert (outputs.mot, outputs.mcap, outputs.overlay) == (True, False, False)
+def test_csv_only_and_overlay_write_nothing_else():
+    assert load_recipe("csv_only").outputs == Outputs(True, mcap=False, overlay=False, report=False)
+    assert load_recipe("overlay").outputs == Outputs(False, mcap=False, overlay=True, report=False)
 
 
 def test_recipe_of_ones_own(tmp_path):
@@ -70,6 +79,18 @@ def test_settings_of_propagation():
     assert recipe.sha256 != Recipe().sha256
 
 
+def test_settings_of_the_overlay():
+    recipe = load_recipe(
+        "situp",
+        ['overlay.tracks=[1, "van"]', "overlay.trails=2", "overlay.captions=id",
+         "overlay.below=0.5", "overlay.max_height=360", "overlay.sound=false"],
+    )  # fmt: skip
+    expected = OverlayOptions(
+        captions="id", trails=2.0, tracks=(1, "van"), below=0.5, max_height=360, sound=False
+    )
+    assert recipe.overlay == expected
+
+
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
@@ -90,6 +111,15 @@ def test_settings_of_propagation():
         (["propagation.memory_mb=0"], "memory_mb = 0 is not allowed: give at least 1"),
         (["propagation.memory_mb=1.5"], "propagation.memory_mb = 1.5 is not allowed"),
         (["overlay.crf=0"], "crf = 0 is not allowed: give from 1 to 51"),
+        (["mcap.pictures=png"], "'auto', 'h264', 'jpeg' or 'none'"),
+        (["mcap.crf=52"], "mcap.crf = 52 is not allowed: give from 1 to 51"),
+        (["mcap.jpeg_quality=0"], "jpeg_quality = 0 is not allowed: give from 1 to 100"),
+        (["overlay.tracks=1"], "overlay.tracks = 1 is not allowed"),
+        (["overlay.tracks=[1.5]"], "overlay.tracks.0"),
+        (["overlay.captions=big"], "'full', 'id' or 'none'"),
+        (["overlay.trails=-1"], "overlay.trails = -1.0 is not allowed: give seconds, 0 or more"),
+        (["overlay.below=2"], "below = 2.0 is not allowed: give from 0 to 1"),
+        (["overlay.max_height=7"], "max_height = 7 is not allowed: give 0, or at least 16"),
         (["overlay.preset=hurried"], "overlay.preset = 'hurried' is not allowed"),
     ],
 )

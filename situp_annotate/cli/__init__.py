@@ -4,10 +4,15 @@ import click
 
 from situp_annotate.cli._group import SitupGroup
 from situp_annotate.cli.check import check
+from situp_annotate.cli.contact_sheet import contact_sheet
 from situp_annotate.cli.effort import effort
+from situp_annotate.cli.excerpt import excerpt
 from situp_annotate.cli.export import export
 from situp_annotate.cli.import_ import import_
 from situp_annotate.cli.init import init
+from situp_annotate.cli.inspect import inspect
+from situp_annotate.cli.overlay import overlay
+from situp_annotate.cli.recover import recover
 from situp_annotate.cli.run import run
 from situp_annotate.cli.schema import schema
 from situp_annotate.cli.thin import thin
@@ -40,7 +45,10 @@ def cli() -> None:
 
 
 # In the order of work, which is the order of the help.
-for _command in (init, import_, check, run, export, thin, effort, schema):
+for _command in (
+    *(init, import_, check, inspect, run, overlay, contact_sheet, excerpt),
+    *(export, thin, recover, effort, schema),
+):
     cli.add_command(_command)
 
 

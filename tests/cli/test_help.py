@@ -62,7 +62,7 @@ def test_the_group_s_help_lists_every_exit_code():
 
 def test_commands_stand_in_the_order_of_work():
     names = cli.list_commands(click.Context(cli))
-    assert names[:2] == ["init", "check"]
+    assert names[:3] == ["init", "import", "check"]
     assert names[-1] == "schema"
 
 

@@ -30,7 +30,8 @@ RULES = {
     "videos[].path": "path must be the text of a path to a video or a folder of pictures",
     "videos[].id": (
         "id must be text that can name a folder: 1 to 100 characters, no / or \\, no control "
-        "characters, no dot at its start, no space at its ends, and not batch.json"
+        "characters, no dot at its start, no space at its ends, and neither batch.json nor "
+        "report.html"
     ),
     "videos[].tracks": "tracks must be a list (an empty one if there is nothing to track)",
     "videos[].info": "info must be an object with width, height, frame_rate, frames, or left out",
