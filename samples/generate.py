@@ -1,4 +1,4 @@
-"""Render the sample clip, its ground truth and its manifest.
+"""Render the sample clip, its ground truth, its manifest, and the same boxes as CVAT has them.
 
     python samples/generate.py [--output FOLDER]
 
@@ -7,7 +7,7 @@ size and shrink again; a tower hides three quarters of the van and half of the a
 pans and trembles, its shutter blurs what moves, its sensor adds noise.
 
 Nothing is read, all is drawn from one seed: the same versions of numpy, OpenCV and PyAV write the
-same bytes. The ground truth and the manifest need arithmetic only and are the same everywhere.
+same bytes. All but the clip needs arithmetic only and is the same everywhere.
 """
 
 import argparse
@@ -17,6 +17,8 @@ import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
 
 import av
 import cv2
@@ -182,21 +184,30 @@ def write_ground_truth(path: Path) -> None:
                 writer.writerow([frame, track_id, *(f"{number:.3f}" for number in numbers)])
 
 
-def write_manifest(path: Path) -> None:
-    """Write the job: one box for the airship; for the van another one, after the tower."""
+def drawn(box: Box, frame: int) -> dict[str, Any]:
+    """Make a keyframe as a person draws it: to the pixel."""
+    box = in_picture(box, frame)
+    return {"frame": frame, "box": [round(n) for n in (box.x, box.y, box.width, box.height)]}
 
-    def seen(box: Box, frame: int) -> dict[str, object]:
-        box = in_picture(box, frame)
-        # People draw boxes to the pixel.
-        drawn = [round(box.x), round(box.y), round(box.width), round(box.height)]
-        return {"frame": frame, "box": drawn}
 
+def drawn_tracks() -> list[dict[str, Any]]:
+    """What a person draws: one box for the airship; for the van another one, after the tower."""
     hidden = [frame for frame in range(FRAME_COUNT) if visible_share(van_box(frame)) < 1]
-    keyframes = [seen(van_box(frame), frame) for frame in (0, hidden[-1] + 1)]
-    tracks = [
-        {"id": 1, "label": "van", "keyframes": keyframes},
-        {"id": 2, "label": "airship", **seen(airship_box(0), 0)},
+    van = [drawn(van_box(frame), frame) for frame in (0, hidden[-1] + 1)]
+    return [
+        {"id": 1, "label": "van", "keyframes": van},
+        {"id": 2, "label": "airship", "keyframes": [drawn(airship_box(0), 0)]},
     ]
+
+
+def write_manifest(path: Path) -> None:
+    """Write the job; a single keyframe stands in its track itself."""
+    tracks = []
+    for track in drawn_tracks():
+        if len(track["keyframes"]) == 1:
+            (keyframe,) = track.pop("keyframes")
+            track |= keyframe
+        tracks.append(track)
     manifest = {"version": 1, "videos": [{"path": "clip.mp4", "tracks": tracks}]}
     text = json.dumps(manifest, indent=2)
     one_line_boxes = re.sub(
@@ -205,13 +216,43 @@ def write_manifest(path: Path) -> None:
     path.write_text(one_line_boxes + "\n", encoding="utf-8")
 
 
+def write_cvat(path: Path) -> None:
+    """Write the same boxes as CVAT exports them: "CVAT for video 1.1"."""
+    root = ET.Element("annotations")
+    ET.SubElement(root, "version").text = "1.1"
+    task = ET.SubElement(ET.SubElement(root, "meta"), "task")
+    for name, text in (("name", "clip"), ("size", str(FRAME_COUNT)), ("mode", "interpolation")):
+        ET.SubElement(task, name).text = text
+    labels = ET.SubElement(task, "labels")
+    size = ET.SubElement(task, "original_size")
+    for name, pixels in (("width", WIDTH), ("height", HEIGHT)):
+        ET.SubElement(size, name).text = str(pixels)
+    ET.SubElement(task, "source").text = "clip.mp4"
+    for number, track in enumerate(drawn_tracks()):
+        ET.SubElement(ET.SubElement(labels, "label"), "name").text = track["label"]
+        element = ET.SubElement(root, "track", id=str(number), label=track["label"])
+        element.set("source", "manual")
+        for keyframe in track["keyframes"]:
+            left, top, width, height = keyframe["box"]
+            corners = {"xtl": left, "ytl": top, "xbr": left + width, "ybr": top + height}
+            flags = {"keyframe": 1, "outside": 0, "occluded": 0}
+            words = {"frame": keyframe["frame"], **flags}
+            box = ET.SubElement(element, "box", {name: str(n) for name, n in words.items()})
+            for name, pixels in corners.items():
+                box.set(name, f"{pixels:.2f}")
+            box.set("z_order", "0")
+    ET.indent(root)
+    ET.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+
+
 def main() -> None:
-    """Write the three files."""
+    """Write the files."""
     parser = argparse.ArgumentParser(description="Render the sample clip.")
     parser.add_argument("--output", type=Path, default=Path(__file__).parent, metavar="FOLDER")
     folder: Path = parser.parse_args().output
     write_ground_truth(folder / "ground_truth.csv")
     write_manifest(folder / "manifest.json")
+    write_cvat(folder / "cvat.xml")
     write_clip(folder / "clip.mp4")
 
 

@@ -58,8 +58,8 @@ def mean_overlap(pictures: list[Image], track_id: int, params: TrackerParams) ->
     return float(np.mean([overlap(*pair) for pair in zip(boxes, truth[1:], strict=True)]))
 
 
-@pytest.mark.parametrize("name", ["ground_truth.csv", "manifest.json"])
-def test_the_generator_writes_the_committed_truth_and_manifest(rendered: Path, name: str) -> None:
+@pytest.mark.parametrize("name", ["ground_truth.csv", "manifest.json", "cvat.xml"])
+def test_the_generator_writes_the_committed_truth_and_boxes(rendered: Path, name: str) -> None:
     assert (rendered / name).read_bytes() == (SAMPLES / name).read_bytes()
 
 

@@ -50,8 +50,8 @@ def _new_jobs(seeded: "Sequence[SeededVideo]", home: Path) -> "list[VideoJob]":
     from situp_annotate.types import VideoJob
 
     paths = [video.path.absolute() for video in seeded]
-    inside = [path.relative_to(home) if path.is_relative_to(home) else path for path in paths]
-    ids = unique_ids([path.as_posix() for path in inside], home)
+    names = [path.relative_to(home) if path.is_relative_to(home) else path.name for path in paths]
+    ids = unique_ids([Path(name).as_posix() for name in names], home)
     return [
         VideoJob(video_id, path, video.tracks)
         for video_id, path, video in zip(ids, paths, seeded, strict=True)
