@@ -27,8 +27,8 @@ from tqdm import tqdm
 from situp_annotate import annotate_video, load_recipe
 from situp_annotate.compiling import compile_kernels
 from situp_annotate.evaluation import OtbSequence, find_sequences
-from situp_annotate.formats.mcap_log import McapSink
-from situp_annotate.formats.mcap_pictures import McapOptions, open_pictures
+from situp_annotate.formats.mcap.log import McapSink
+from situp_annotate.formats.mcap.pictures import McapOptions, open_pictures
 from situp_annotate.results import read_video
 from situp_annotate.types import Frame, Keyframe, Track, VideoJob
 from situp_annotate.video import VideoFootage, open_video

@@ -23,10 +23,10 @@ import cv2
 import numpy as np
 
 from situp_annotate.evaluation import OtbSequence, find_sequences
+from situp_annotate.finished.redrawing import redraw
 from situp_annotate.formats.labelled import LabelledTrack, LabelledVideo
-from situp_annotate.formats.overlay_options import OverlayOptions
-from situp_annotate.formats.overlay_painter import Painter
-from situp_annotate.redrawing import redraw
+from situp_annotate.formats.overlay.options import OverlayOptions
+from situp_annotate.formats.overlay.painter import Painter
 from situp_annotate.types import (
     BoundingBox,
     Frame,

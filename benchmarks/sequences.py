@@ -28,7 +28,7 @@ from situp_annotate.evaluation import (
     read_boxes,
 )
 from situp_annotate.formats.manifest import dump_manifest
-from situp_annotate.formats.mot import read_mot
+from situp_annotate.formats.mot.rows import read_mot
 from situp_annotate.types import Keyframe, Track, VideoJob
 
 _REFERENCE = "situp_authors"

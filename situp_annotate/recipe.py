@@ -19,8 +19,8 @@ from pydantic import TypeAdapter, ValidationError
 from situp_annotate.errors import RecipeError, TrackingError
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.exporting import EXPORTERS
-from situp_annotate.formats.mcap_pictures import McapOptions
-from situp_annotate.formats.overlay_options import OverlayOptions
+from situp_annotate.formats.mcap.pictures import McapOptions
+from situp_annotate.formats.overlay.options import OverlayOptions
 from situp_annotate.propagation import PropagationOptions
 from situp_annotate.tracking import TrackerParams
 from situp_annotate.types import State

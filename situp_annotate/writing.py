@@ -10,12 +10,12 @@ from situp_annotate.errors import VideoError
 from situp_annotate.formats.exporting import EXPORTERS
 from situp_annotate.formats.labels_csv import LabelsCsvSink
 from situp_annotate.formats.manifest import dump_manifest
-from situp_annotate.formats.mcap_layout import layout_json
-from situp_annotate.formats.mcap_log import ANNOTATIONS_TOPIC, McapSink
-from situp_annotate.formats.mcap_pictures import open_pictures
-from situp_annotate.formats.mot import MotSink
-from situp_annotate.formats.overlay import OverlaySink
-from situp_annotate.formats.overlay_stretches import doubtful_stretches
+from situp_annotate.formats.mcap.layout import layout_json
+from situp_annotate.formats.mcap.log import ANNOTATIONS_TOPIC, McapSink
+from situp_annotate.formats.mcap.pictures import open_pictures
+from situp_annotate.formats.mot.rows import MotSink
+from situp_annotate.formats.overlay.sink import OverlaySink
+from situp_annotate.formats.overlay.stretches import doubtful_stretches
 from situp_annotate.formats.review import review_csv
 from situp_annotate.formats.sinks import Sink
 from situp_annotate.formats.staging import write_whole

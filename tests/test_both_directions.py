@@ -13,8 +13,8 @@ from support.patch import STEP, box_at, keyframe_at, moving, patch_job, write_pa
 
 from situp_annotate import writing
 from situp_annotate.errors import VideoError
-from situp_annotate.formats.mcap_log import TRACKS_TOPIC
-from situp_annotate.formats.mot import read_mot
+from situp_annotate.formats.mcap.log import TRACKS_TOPIC
+from situp_annotate.formats.mot.rows import read_mot
 from situp_annotate.pipeline import annotate_video
 from situp_annotate.recipe import load_recipe
 from situp_annotate.types import BoundingBox, Extend, Keyframe, Method, Track, VideoJob

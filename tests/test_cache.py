@@ -10,7 +10,7 @@ from support.patch import keyframe_at, patch_job, write_patch
 from situp_annotate import pipeline
 from situp_annotate.cache import VideoCache
 from situp_annotate.errors import VideoError
-from situp_annotate.formats.mot import read_mot
+from situp_annotate.formats.mot.rows import read_mot
 from situp_annotate.outcomes import CacheUse
 from situp_annotate.pipeline import annotate_video
 from situp_annotate.propagation import PassKey

@@ -11,7 +11,7 @@ from support.patch import STEP, moving, patch_job, write_patch
 
 from situp_annotate.errors import OutputError, VideoIncompleteError
 from situp_annotate.formats.manifest import load_manifest
-from situp_annotate.formats.mot import read_mot
+from situp_annotate.formats.mot.rows import read_mot
 from situp_annotate.pipeline import annotate_video
 from situp_annotate.recipe import load_recipe
 from situp_annotate.types import BoundingBox

@@ -6,8 +6,8 @@ from dataclasses import asdict
 import pytest
 
 from situp_annotate.errors import RecipeError
-from situp_annotate.formats.mcap_pictures import McapOptions
-from situp_annotate.formats.overlay_options import OverlayOptions
+from situp_annotate.formats.mcap.pictures import McapOptions
+from situp_annotate.formats.overlay.options import OverlayOptions
 from situp_annotate.propagation import PropagationOptions
 from situp_annotate.recipe import MotOptions, Outputs, Recipe, _folder, load_recipe, recipe_names
 from situp_annotate.tracking import TrackerParams

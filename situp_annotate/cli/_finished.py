@@ -11,7 +11,7 @@ from situp_annotate.errors import EXIT_FAILED, OutputError, RecipeError, SitupEr
 
 if TYPE_CHECKING:
     from situp_annotate.formats.labelled import LabelledVideo
-    from situp_annotate.formats.overlay_options import OverlayOptions
+    from situp_annotate.formats.overlay.options import OverlayOptions
 
 __all__ = [
     "chosen_folders",

@@ -57,7 +57,7 @@ def contact_sheet(
     5 when contact sheets are already there or cannot be written.
     """
     from situp_annotate.batch import core_count
-    from situp_annotate.contact_sheets import write_contact_sheets
+    from situp_annotate.finished.contact_sheets import write_contact_sheets
     from situp_annotate.formats.staging import staged_entries
 
     folders = chosen_folders(out, video_ids)

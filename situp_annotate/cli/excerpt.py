@@ -16,7 +16,7 @@ from situp_annotate.cli._finished import (
 from situp_annotate.errors import OutputError
 
 if TYPE_CHECKING:
-    from situp_annotate.formats.animation import AnimationFormat
+    from situp_annotate.formats.overlay.animation import AnimationFormat
 
 __all__ = ["excerpt"]
 
@@ -102,7 +102,7 @@ def excerpt(
     what a run writes, 4 when a setting is not valid, 5 when the file is already there or cannot
     be written.
     """
-    from situp_annotate.excerpts import make_excerpt
+    from situp_annotate.finished.excerpts import make_excerpt
     from situp_annotate.formats.staging import write_whole
     from situp_annotate.results import read_video
 

@@ -62,7 +62,7 @@ def _corrected_jobs(
     seeded: "Sequence[SeededVideo]", run: "Sequence[LabelledVideo]"
 ) -> "list[VideoJob]":
     """The jobs of the run, with the corrections; tells what is new in each."""
-    from situp_annotate.corrections import correct
+    from situp_annotate.finished.corrections import correct
     from situp_annotate.types import VideoJob
 
     tracks_of = {video.path: video.tracks for video in seeded}

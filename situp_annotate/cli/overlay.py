@@ -72,8 +72,8 @@ def overlay(
     4 when a setting is not valid, 5 when an overlay is already there or cannot be written.
     """
     from situp_annotate.batch import core_count
+    from situp_annotate.finished.redrawing import redraw, redraw_beside
     from situp_annotate.formats.staging import staged_entries
-    from situp_annotate.redrawing import redraw, redraw_beside
     from situp_annotate.results import read_video
 
     options = overlay_options(recipe, settings)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from situp_annotate.formats.mcap_recovery import Recovery
+    from situp_annotate.formats.mcap.recovery import Recovery
 
 __all__ = ["recover"]
 
@@ -56,7 +56,7 @@ def recover(file: Path, output: Path | None, overwrite: bool) -> None:
     when the new file is already there or cannot be written.
     """
     from situp_annotate.cli._table import table_lines
-    from situp_annotate.formats.mcap_recovery import recover_mcap
+    from situp_annotate.formats.mcap.recovery import recover_mcap
 
     output = output or _default_output(file)
     recovery = recover_mcap(file, output, overwrite=overwrite)

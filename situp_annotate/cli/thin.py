@@ -10,7 +10,7 @@ import click
 from situp_annotate.errors import EXIT_FAILED, OutputError, SitupError
 
 if TYPE_CHECKING:
-    from situp_annotate.thinned import ThinnedVideo
+    from situp_annotate.finished.thinned import ThinnedVideo
     from situp_annotate.types import VideoJob
 
 __all__ = ["thin"]
@@ -38,7 +38,7 @@ def _thin_all(jobs: "Sequence[VideoJob]", out: Path, iou: float) -> "list[Thinne
     """Thin each video; tell of those that have to stay as they are, for which None stands."""
     from tqdm import tqdm
 
-    from situp_annotate.thinned import thin_video
+    from situp_annotate.finished.thinned import thin_video
 
     results: list[ThinnedVideo | None] = []
     for job in tqdm(jobs, unit="video", leave=False, disable=None):

@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from situp_annotate.formats.coco import write_coco
+from situp_annotate.formats.coco.exporting import write_coco
 from situp_annotate.formats.csv_export import write_csv
-from situp_annotate.formats.cvat_export import write_cvat
+from situp_annotate.formats.cvat.exporting import write_cvat
 from situp_annotate.formats.export_options import ExportOptions
-from situp_annotate.formats.label_studio import write_label_studio
+from situp_annotate.formats.label_studio.exporting import write_label_studio
 from situp_annotate.formats.labelled import LabelledVideo
-from situp_annotate.formats.mot_export import write_cvat_mot, write_mot, write_mot_truth
+from situp_annotate.formats.mot.exporting import write_cvat_mot, write_mot, write_mot_truth
 from situp_annotate.formats.yolo import write_yolo
 
 __all__ = ["EXPORTERS", "Exporter"]

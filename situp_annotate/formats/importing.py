@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from situp_annotate.formats.coco_import import read_coco, recognizes_coco
-from situp_annotate.formats.cvat_import import read_cvat, recognizes_cvat
-from situp_annotate.formats.label_studio_import import read_label_studio, recognizes_label_studio
-from situp_annotate.formats.mot_import import read_mot_seeds, recognizes_mot
+from situp_annotate.formats.coco.importing import read_coco, recognizes_coco
+from situp_annotate.formats.cvat.importing import read_cvat, recognizes_cvat
+from situp_annotate.formats.label_studio.importing import read_label_studio, recognizes_label_studio
+from situp_annotate.formats.mot.importing import read_mot_seeds, recognizes_mot
 from situp_annotate.formats.otb import read_otb, recognizes_otb
 from situp_annotate.formats.seeds import ImportHints, Seeds
 

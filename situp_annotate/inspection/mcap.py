@@ -28,7 +28,7 @@ from mcap.records import (
 from mcap.summary import Summary
 from mcap.writer import MCAP0_MAGIC
 
-from situp_annotate.formats.mcap_records import (
+from situp_annotate.formats.mcap.records import (
     DamagedRecordError,
     chunk_records,
     file_records,

@@ -6,7 +6,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from situp_annotate.formats.appearance import track_color
-from situp_annotate.formats.overlay_stretches import Excerpt
+from situp_annotate.formats.overlay.stretches import Excerpt
 from situp_annotate.formats.review import ranked
 from situp_annotate.propagation import Labels, Suggestion, TrackLabels
 from situp_annotate.report.axis import place_of, step_runs, ticks_of

@@ -4,8 +4,8 @@ import pytest
 from support.numbered import COUNT, SIZE_HW, TIMES_S, box_at, write_vfr
 from support.shown import picture_of, seek, shown_box_left, shown_index
 
-from situp_annotate.formats.overlay import OverlaySink
-from situp_annotate.formats.overlay_options import OverlayOptions
+from situp_annotate.formats.overlay.options import OverlayOptions
+from situp_annotate.formats.overlay.sink import OverlaySink
 from situp_annotate.types import Keyframe, Provenance, State, Track, TrackPoint
 from situp_annotate.video import open_video
 

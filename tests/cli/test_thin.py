@@ -11,12 +11,12 @@ from click.testing import CliRunner
 
 from situp_annotate.cli import cli
 from situp_annotate.cli.thin import thin as command
+from situp_annotate.finished.thinned import thin_video
 from situp_annotate.formats.labels_csv import LabelsCsvSink
 from situp_annotate.formats.manifest import dump_manifest, load_manifest
 from situp_annotate.outcomes import CacheUse, VideoReport
 from situp_annotate.propagation import Skip
 from situp_annotate.propagation.thinning import overlaps, thin
-from situp_annotate.thinned import thin_video
 from situp_annotate.types import (
     BoundingBox,
     Frame,

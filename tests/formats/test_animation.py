@@ -7,7 +7,7 @@ import pytest
 from PIL import Image as Pillow
 from support.media import draw_index, read_index
 
-from situp_annotate.formats.animation import encode_animation
+from situp_annotate.formats.overlay.animation import encode_animation
 
 SIZE_HW = (96, 128)
 

@@ -14,8 +14,8 @@ from support.labelled import import_hints, labelled_track, labelled_video, label
 from support.mangling import mangled
 
 from situp_annotate.errors import SitupError
-from situp_annotate.formats.coco import write_coco
-from situp_annotate.formats.coco_import import read_coco, recognizes_coco
+from situp_annotate.formats.coco.exporting import write_coco
+from situp_annotate.formats.coco.importing import read_coco, recognizes_coco
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.types import BoundingBox, Keyframe, Provenance, State
 

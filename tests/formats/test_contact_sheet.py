@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from situp_annotate.formats.contact_sheet import ContactSheet
 from situp_annotate.formats.labelled import LabelledTrack
+from situp_annotate.formats.overlay.contact_sheet import ContactSheet
 from situp_annotate.types import (
     BoundingBox,
     Frame,

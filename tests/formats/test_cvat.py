@@ -12,8 +12,8 @@ from support.damage import damaged
 from support.labelled import import_hints, labelled_track, labelled_video, labelled_videos
 
 from situp_annotate.errors import SitupError
-from situp_annotate.formats.cvat_export import write_cvat
-from situp_annotate.formats.cvat_import import read_cvat, recognizes_cvat
+from situp_annotate.formats.cvat.exporting import write_cvat
+from situp_annotate.formats.cvat.importing import read_cvat, recognizes_cvat
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.keyframed import keyframes_of
 from situp_annotate.propagation.thinning import overlaps

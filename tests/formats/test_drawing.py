@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from situp_annotate.formats.appearance import caption, track_color
-from situp_annotate.formats.drawing import draw_labels
+from situp_annotate.formats.overlay.drawing import draw_labels
 from situp_annotate.types import BoundingBox, Keyframe, Provenance, State, Track, TrackPoint
 
 GREY = 90

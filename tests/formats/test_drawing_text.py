@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from situp_annotate.formats.drawing_text import DARK, paste, text_tag
+from situp_annotate.formats.overlay.text import DARK, paste, text_tag
 
 GREEN = (40, 220, 30)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from situp_annotate.formats.drawing_trails import Trail, Trails, draw_trail
+from situp_annotate.formats.overlay.trails import Trail, Trails, draw_trail
 from situp_annotate.types import BoundingBox, Frame, Provenance, State, TrackPoint
 
 EMPTY = np.empty((0, 0), np.uint8)

@@ -29,9 +29,9 @@ from support.mangling import mangled
 from situp_annotate.errors import SitupError
 from situp_annotate.formats.clipping import clipped
 from situp_annotate.formats.export_options import ExportOptions
-from situp_annotate.formats.label_studio import write_label_studio
-from situp_annotate.formats.label_studio_frames import clock_rate, tick_of
-from situp_annotate.formats.label_studio_import import read_label_studio, recognizes_label_studio
+from situp_annotate.formats.label_studio.exporting import write_label_studio
+from situp_annotate.formats.label_studio.frames import clock_rate, tick_of
+from situp_annotate.formats.label_studio.importing import read_label_studio, recognizes_label_studio
 from situp_annotate.types import NS_PER_S, BoundingBox, Keyframe, Provenance, State, Track
 
 BOX = BoundingBox(64, 48, 32, 24)  # 10 %, 10 %, 5 %, 5 %

@@ -9,7 +9,7 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
 from situp_annotate.formats.appearance import track_color
-from situp_annotate.formats.mcap_log import LOG_TOPIC, TRACKS_TOPIC, McapSink
+from situp_annotate.formats.mcap.log import LOG_TOPIC, TRACKS_TOPIC, McapSink
 from situp_annotate.types import (
     BoundingBox,
     Finding,
@@ -154,7 +154,7 @@ def test_tracks_are_outside_from_the_keyframe_that_says_so_to_the_next_box(tmp_p
 
 def test_the_schema_is_as_documented(log):
     """The text in the module is what the log's schema says."""
-    from situp_annotate.formats import track_states
+    from situp_annotate.formats.mcap import track_states
 
     kinds = {1: "double", 4: "uint64", 9: "string", 13: "uint32"}
     descriptor = track_states.TrackStates.DESCRIPTOR.fields_by_name["states"].message_type

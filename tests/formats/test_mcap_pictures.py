@@ -19,9 +19,9 @@ from support.media import (
 from support.pictures import decode_each
 
 from situp_annotate.errors import VideoError
-from situp_annotate.formats.mcap_layout import layout_json
-from situp_annotate.formats.mcap_log import ANNOTATIONS_TOPIC, McapSink
-from situp_annotate.formats.mcap_pictures import McapOptions, open_pictures
+from situp_annotate.formats.mcap.layout import layout_json
+from situp_annotate.formats.mcap.log import ANNOTATIONS_TOPIC, McapSink
+from situp_annotate.formats.mcap.pictures import McapOptions, open_pictures
 from situp_annotate.video import open_video
 
 VFR_PTS = list(itertools.accumulate([2, 3, 7, 4] * 11, initial=0))

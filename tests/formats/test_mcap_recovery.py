@@ -13,7 +13,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from situp_annotate.errors import OutputError, SitupError
-from situp_annotate.formats.mcap_recovery import recover_mcap
+from situp_annotate.formats.mcap.recovery import recover_mcap
 
 MESSAGES = 300
 TOPICS = ("/camera/video", "/camera/annotations", "/empty")
@@ -235,7 +235,7 @@ import os, signal, sys
 from fractions import Fraction
 from pathlib import Path
 import numpy as np
-from situp_annotate.formats.mcap_log import McapSink
+from situp_annotate.formats.mcap.log import McapSink
 from situp_annotate.types import Frame, VideoInfo
 
 path = Path(sys.argv[1])

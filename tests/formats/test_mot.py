@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from situp_annotate.errors import SitupError
-from situp_annotate.formats.mot import NO_TRACK, MotSink, parse_mot, read_mot
+from situp_annotate.formats.mot.rows import NO_TRACK, MotSink, parse_mot, read_mot
 from situp_annotate.types import BoundingBox, Frame, Provenance, State, TrackPoint
 
 IMAGE = np.zeros((2, 2), np.uint8)

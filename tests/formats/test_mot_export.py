@@ -7,8 +7,8 @@ from support.labelled import labelled_track, labelled_video
 from support.scores import trackeval_scores
 
 from situp_annotate.formats.export_options import ExportOptions
-from situp_annotate.formats.mot import read_mot
-from situp_annotate.formats.mot_export import write_cvat_mot, write_mot, write_mot_truth
+from situp_annotate.formats.mot.exporting import write_cvat_mot, write_mot, write_mot_truth
+from situp_annotate.formats.mot.rows import read_mot
 from situp_annotate.types import BoundingBox, Provenance, State
 
 BOX = BoundingBox(-3.25, 10, 20, 30)

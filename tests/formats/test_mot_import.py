@@ -11,8 +11,8 @@ from support.labelled import import_hints, labelled_track, labelled_video, label
 
 from situp_annotate.errors import SitupError
 from situp_annotate.formats.export_options import ExportOptions
-from situp_annotate.formats.mot_export import write_cvat_mot, write_mot, write_mot_truth
-from situp_annotate.formats.mot_import import read_mot_seeds, recognizes_mot
+from situp_annotate.formats.mot.exporting import write_cvat_mot, write_mot, write_mot_truth
+from situp_annotate.formats.mot.importing import read_mot_seeds, recognizes_mot
 from situp_annotate.types import BoundingBox, Keyframe, State
 
 BOX = BoundingBox(2, 3, 4, 5)

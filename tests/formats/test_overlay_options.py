@@ -3,7 +3,7 @@
 import pytest
 
 from situp_annotate.errors import RecipeError
-from situp_annotate.formats.overlay_options import OverlayOptions
+from situp_annotate.formats.overlay.options import OverlayOptions
 from situp_annotate.types import BoundingBox, Keyframe, Track
 
 TRACKS = [

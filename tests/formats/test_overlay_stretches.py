@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from situp_annotate.formats.overlay_options import OverlayOptions
-from situp_annotate.formats.overlay_stretches import Excerpt, doubtful_stretches
+from situp_annotate.formats.overlay.options import OverlayOptions
+from situp_annotate.formats.overlay.stretches import Excerpt, doubtful_stretches
 from situp_annotate.types import (
     BoundingBox,
     Frame,

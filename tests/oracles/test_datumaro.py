@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from support.labelled import labelled_track, labelled_video
 
-from situp_annotate.formats.cvat_export import write_cvat
+from situp_annotate.formats.cvat.exporting import write_cvat
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.keyframed import keyframes_of
-from situp_annotate.formats.mot_export import write_cvat_mot, write_mot_truth
+from situp_annotate.formats.mot.exporting import write_cvat_mot, write_mot_truth
 from situp_annotate.types import BoundingBox, Provenance, State
 
 PYTHON = os.environ.get("SITUP_ORACLES")

@@ -13,7 +13,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from support.media import write_video
 from support.patch import moving, patch_job
 
-from situp_annotate.formats.mcap_recovery import recover_mcap
+from situp_annotate.formats.mcap.recovery import recover_mcap
 from situp_annotate.pipeline import annotate_video
 from situp_annotate.recipe import load_recipe
 

@@ -1,0 +1,1 @@
+"""MCAP logs: pictures, boxes, states and remarks of a video, for viewers."""

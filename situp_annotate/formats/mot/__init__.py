@@ -1,0 +1,1 @@
+"""MOTChallenge's text formats, and CVAT's archive of them."""

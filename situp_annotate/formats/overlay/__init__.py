@@ -1,0 +1,1 @@
+"""Labels drawn on pictures: overlay videos, contact sheets, animated excerpts."""
