@@ -1,28 +1,52 @@
-"""Make the README's picture: one frame of the sample's overlay.
+"""Make the README's pictures: a frame of the sample's overlay, and its page of the report.
 
 python samples/picture.py
+
+The page is photographed by Chromium, which must be installed, with Playwright.
 """
 
+import shutil
 import tempfile
 from pathlib import Path
 
 import cv2
+from playwright.sync_api import sync_playwright
 
 from situp_annotate import annotate_video, load_manifest, load_recipe
 from situp_annotate.video import open_video
 
 FRAME = 60
+WIDTH, HEIGHT = 1280, 800
 FOLDER = Path(__file__).parent
 
 
+def save_frame(overlay: Path) -> None:
+    """Save a frame of the overlay."""
+    with open_video(overlay) as frames:
+        image = next(frame.image for frame in frames if frame.index == FRAME)
+    cv2.imwrite(str(FOLDER / "overlay.png"), image, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+
+
+def save_page(page: Path) -> None:
+    """Save how the page of the report looks, once its video shows the frame."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"), args=["--no-sandbox"]
+        )
+        tab = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        tab.goto(page.as_uri())
+        tab.wait_for_timeout(1500)
+        tab.screenshot(path=FOLDER / "report.png")
+        browser.close()
+
+
 def main() -> None:
-    """Annotate the sample and save a frame of its overlay."""
+    """Annotate the sample and save both pictures."""
     (job,) = load_manifest(FOLDER / "manifest.json").jobs
     with tempfile.TemporaryDirectory() as output:
-        annotate_video(job, output, load_recipe("overlay", ["overlay.crf=12"]))
-        with open_video(Path(output) / job.id / "overlay.mp4") as frames:
-            image = next(frame.image for frame in frames if frame.index == FRAME)
-    cv2.imwrite(str(FOLDER / "overlay.png"), image, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+        annotate_video(job, output, load_recipe("situp", ["overlay.crf=12"]))
+        save_frame(Path(output) / job.id / "overlay.mp4")
+        save_page(Path(output) / job.id / "report.html")
 
 
 if __name__ == "__main__":

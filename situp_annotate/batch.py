@@ -192,7 +192,8 @@ def _check_output(output: Path, jobs: Sequence[VideoJob], *, overwrite: bool) ->
         raise OutputError(f"{output}: the output must be a folder, but a file is there.")
     if overwrite:
         return
-    present = [name for name in (BATCH_FILE, *(job.id for job in jobs)) if (output / name).exists()]
+    names = (BATCH_FILE, REPORT_FILE, *(job.id for job in jobs))
+    present = [name for name in names if (output / name).exists()]
     if present:
         more = f" and {len(present) - 1} more" if len(present) > 1 else ""
         raise OutputError(
@@ -277,12 +278,19 @@ def annotate_batch(
             recipe,
             interrupted,
         )
-        text = json.dumps(report.as_dict(), indent=2, ensure_ascii=False)
-        write_whole(output / BATCH_FILE, text + "\n")
-        if recipe.outputs.report:
-            page = overview_html(report.outcomes, interrupted=interrupted)
-            write_whole(output / REPORT_FILE, page)
+        _write_report(report, output)
     return report
+
+
+def _write_report(report: BatchReport, output: Path) -> None:
+    """Write what became of the batch, for machines and for people."""
+    text = json.dumps(report.as_dict(), indent=2, ensure_ascii=False)
+    write_whole(output / BATCH_FILE, text + "\n")
+    if report.recipe.outputs.report:
+        page = overview_html(report.outcomes, interrupted=report.interrupted)
+        write_whole(output / REPORT_FILE, page)
+    else:
+        (output / REPORT_FILE).unlink(missing_ok=True)  # of the run that is replaced
 
 
 def _make_executor(processes: int, counters: FrameCounters) -> Executor:

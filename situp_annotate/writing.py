@@ -209,7 +209,7 @@ def _export(folder: Path, job: VideoJob, recipe: Recipe, walk: ForwardWalk) -> N
     video = labelled_video(folder, job, walk.info, len(walk.times_ns))
     for name in recipe.outputs.exports:
         (folder / name).mkdir()
-        EXPORTERS[name].write([video], folder / name, recipe.export)
+        EXPORTERS[name]([video], folder / name, recipe.export)
 
 
 def write_labels(

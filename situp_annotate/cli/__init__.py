@@ -31,6 +31,7 @@ def cli() -> None:
       (type a box or two of each object into it)
       situp-annotate check clips/manifest.json
       situp-annotate run clips/manifest.json --output out
+      (look at out/report.html)
 
     \b
     Exit codes:

@@ -78,6 +78,14 @@ def table_lines(rows: Sequence[Sequence[str]]) -> list[str]:
     ]
 
 
+def _where(report: "BatchReport", output: Path) -> str:
+    from situp_annotate.results import REPORT_FILE
+
+    if report.recipe.outputs.report:
+        return f"look at {output / REPORT_FILE}"
+    return f"results are in {output}"
+
+
 def summary_lines(report: "BatchReport", output: Path) -> list[str]:
     """Lay a batch out for people: a table, what to know of each video, and one line in the end."""
     lines = table_lines([_HEADER, *map(_row, report.outcomes)])
@@ -87,6 +95,6 @@ def summary_lines(report: "BatchReport", output: Path) -> list[str]:
     good = len(report.outcomes) - len(report.failures)
     lines.append(
         f"{good} of {len(report.outcomes)} videos annotated in {report.elapsed_s:.1f} s; "
-        f"results are in {output}."
+        f"{_where(report, output)}."
     )
     return lines

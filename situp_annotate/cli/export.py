@@ -101,5 +101,5 @@ def export(
     for name in dict.fromkeys(names):
         place = output / name
         with staged_entries(place, overwrite=overwrite) as staging:
-            EXPORTERS[name].write(_read_all(folders, name), staging, options)
+            EXPORTERS[name](_read_all(folders, name), staging, options)
         click.echo(f"{name}: {len(folders)} videos in {place}")

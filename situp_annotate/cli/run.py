@@ -40,7 +40,7 @@ def _progress_bar(videos: int) -> "Iterator[Callable[[BatchProgress], None]]":
     type=click.Path(path_type=Path, file_okay=False),
     default=Path("out"),
     show_default=True,
-    help="Folder that gets a folder for each video, and batch.json.",
+    help="Folder that gets a folder for each video, report.html and batch.json.",
 )
 @click.option(
     "--recipe",
@@ -95,9 +95,9 @@ def run(
 ) -> None:
     """Propagate the boxes of MANIFEST through its videos and write the results.
 
-    Each video gets a folder in the output folder, with mot.csv, annotations.mcap, overlay.mp4,
-    review.csv and summary.json; batch.json tells what became of all of them. A video that fails
-    leaves no folder and does not stop the others.
+    Each video gets a folder in the output folder, with labels.csv, mot.csv, annotations.mcap,
+    overlay.mp4, report.html and more; report.html beside them shows what became of all of them, and
+    what is worth a look. A video that fails leaves no folder and does not stop the others.
 
     After a correction of MANIFEST, run it again with --overwrite: what the tracker said is kept
     in .cache in the output folder, and only what has changed is tracked anew.

@@ -1,8 +1,8 @@
 """Every format that labels can be exported to: one place that knows them by name."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 from situp_annotate.formats.coco.exporting import write_coco
 from situp_annotate.formats.csv_export import write_csv
@@ -15,31 +15,17 @@ from situp_annotate.formats.yolo import write_yolo
 
 __all__ = ["EXPORTERS", "Exporter"]
 
-
-@dataclass(frozen=True, slots=True)
-class Exporter:
-    """One format to export to.
-
-    Attributes
-    ----------
-    title : str
-        What it is, for people.
-    write : callable
-        Writes videos into a folder that is there and empty.
-    """
-
-    title: str
-    write: Callable[[Iterable[LabelledVideo], Path, ExportOptions], None]
-
+Exporter: TypeAlias = Callable[[Iterable[LabelledVideo], Path, ExportOptions], None]
+"""Writes videos into a folder that is there and empty."""
 
 EXPORTERS: dict[str, Exporter] = {
-    "cvat": Exporter("CVAT for video 1.1, with as few keyframes as can be", write_cvat),
-    "cvat-mot": Exporter("archives that CVAT imports as MOT 1.1", write_cvat_mot),
-    "mot": Exporter("MOTChallenge result, a row a box", write_mot),
-    "mot-gt": Exporter("MOTChallenge ground truth, with classes", write_mot_truth),
-    "label-studio": Exporter("Label Studio predictions, and an interface", write_label_studio),
-    "coco": Exporter("COCO with videos and tracks, as TAO has it", write_coco),
-    "yolo": Exporter("a training set for Ultralytics YOLO", write_yolo),
-    "csv": Exporter("everything that is known of every label, a row each", write_csv),
+    "cvat": write_cvat,
+    "cvat-mot": write_cvat_mot,
+    "mot": write_mot,
+    "mot-gt": write_mot_truth,
+    "label-studio": write_label_studio,
+    "coco": write_coco,
+    "yolo": write_yolo,
+    "csv": write_csv,
 }
 """By name."""

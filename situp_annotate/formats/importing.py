@@ -20,26 +20,21 @@ class Importer:
 
     Attributes
     ----------
-    title : str
-        What it is, for people.
     recognizes : callable
         Whether a file, of which the beginning is given, looks like this format.
     read : callable
         Reads a file.
     """
 
-    title: str
     recognizes: Callable[[Path, bytes], bool]
     read: Callable[[Path, ImportHints], list[Seeds]]
 
 
 IMPORTERS: dict[str, Importer] = {
-    "cvat": Importer("CVAT for video 1.1, XML or its archive", recognizes_cvat, read_cvat),
-    "mot": Importer("MOTChallenge, or CVAT's archive of it", recognizes_mot, read_mot_seeds),
-    "label-studio": Importer(
-        "Label Studio's JSON export, video rectangles", recognizes_label_studio, read_label_studio
-    ),
-    "coco": Importer("COCO with videos, as TAO or YouTube-VIS", recognizes_coco, read_coco),
-    "otb": Importer("OTB ground truth, a line a frame", recognizes_otb, read_otb),
+    "cvat": Importer(recognizes_cvat, read_cvat),
+    "mot": Importer(recognizes_mot, read_mot_seeds),
+    "label-studio": Importer(recognizes_label_studio, read_label_studio),
+    "coco": Importer(recognizes_coco, read_coco),
+    "otb": Importer(recognizes_otb, read_otb),
 }
 """By name, in the order in which they are asked whether they recognize a file."""
