@@ -11,6 +11,7 @@ import cv2
 from situp_annotate.cache import CACHE_FOLDER, VideoCache
 from situp_annotate.formats.staging import staged_folder, write_whole
 from situp_annotate.outcomes import CacheUse, VideoReport
+from situp_annotate.outputs import OUTPUTS
 from situp_annotate.propagation import Labels, Survey, propagate
 from situp_annotate.recipe import Recipe
 from situp_annotate.results import SUMMARY_FILE
@@ -24,7 +25,7 @@ from situp_annotate.stages import (
 from situp_annotate.tracking import SitupTracker
 from situp_annotate.types import VideoJob
 from situp_annotate.video import ForwardWalk, VideoFootage, fingerprint
-from situp_annotate.writing import OUTPUTS, write_labels
+from situp_annotate.writing import write_labels
 
 __all__ = ["annotate_video", "versions"]
 
@@ -162,7 +163,7 @@ def annotate_video(
             tracks=written.tracks,
             skipped=labels.skipped,
             findings=walk.findings,
-            outputs=(*written.outputs, SUMMARY_FILE),
+            outputs=written.outputs,
             cache=CacheUse(len(kept.passes.used), kept.passes.reused),
             seconds=watch.finish(),
         )
