@@ -13,7 +13,7 @@ from situp_annotate.formats.manifest import dump_manifest, load_manifest
 from situp_annotate.outcomes import TrackSummary
 from situp_annotate.pipeline import annotate_video
 from situp_annotate.propagation import Reason, Suggestion
-from situp_annotate.recipe import load_recipe
+from situp_annotate.recipe import Recipe, load_recipe
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +59,7 @@ class Report:
 
     failures = ()
     elapsed_s = 12.3
+    recipe = Recipe()
 
     def __init__(self, *outcomes):
         self.outcomes = outcomes
@@ -89,6 +90,7 @@ def test_lines_tell_what_is_lost_and_what_to_review_first(manifest, tmp_path):
     assert (cells["boxes"], cells["lost"], cells["confidence"]) == ("70", "12", "0.50")
     assert cells["review"] == "2"
     assert lines[-2] == ("Review first: clip, track 2, frame 118 (passes disagree, +34 frames)")
-    assert lines[-1].startswith("2 of 2 videos annotated in 12.3 s")
+    report_file = tmp_path / "report.html"
+    assert lines[-1] == f"2 of 2 videos annotated in 12.3 s; look at {report_file}."
     assert len(lines[0]) < 80
     assert not any("Review" in line for line in summary_lines(Report(none), tmp_path))
