@@ -18,7 +18,9 @@ __all__ = [
     "MANIFEST_FILE",
     "REPORT_FILE",
     "SUMMARY_FILE",
+    "failed_ids",
     "labelled_video",
+    "read_job",
     "read_run",
     "read_video",
     "run_folders",
@@ -70,6 +72,25 @@ def _read_json(path: Path, *, otherwise: str) -> Any:  # noqa: ANN401
         raise SitupError(f"{path}: this is not valid JSON ({error}); {otherwise}.") from error
 
 
+def read_job(folder: Path) -> VideoJob:
+    """Read what a run was given for one video.
+
+    Parameters
+    ----------
+    folder : Path
+        The video's folder in the output folder of the run.
+
+    Raises
+    ------
+    SitupError
+        If its manifest is missing, or not a run's.
+    """
+    try:
+        return load_manifest(folder / MANIFEST_FILE, allow_outside=True).jobs[0]
+    except ManifestError as error:
+        raise SitupError(f"{error} Annotate the video again.") from error
+
+
 def _info(video: dict[str, Any], path: Path) -> VideoInfo:
     numbers = {name: Fraction(video[name]) for name in ("frame_rate", "pixel_aspect_ratio")}
     return VideoInfo(**{**video, **numbers, "path": path})
@@ -90,10 +111,7 @@ def read_video(folder: Path) -> LabelledVideo:
     """
     path = folder / SUMMARY_FILE
     summary = _read_json(path, otherwise="annotate the video first")
-    try:
-        job = load_manifest(folder / MANIFEST_FILE, allow_outside=True).jobs[0]
-    except ManifestError as error:
-        raise SitupError(f"{error} Annotate the video again.") from error
+    job = read_job(folder)
     try:
         info, frame_count = _info(summary["video"], job.path), int(summary["frames"])
     except (KeyError, TypeError, ValueError) as error:
@@ -101,6 +119,17 @@ def read_video(folder: Path) -> LabelledVideo:
             f"{path}: this is not what `situp-annotate run` writes; annotate the video again."
         ) from error
     return labelled_video(folder, job, info, frame_count)
+
+
+def _ids(output: Path, status: str) -> list[str]:
+    """Ids of the videos of a run that ended so, in the order of its manifest."""
+    path = output / BATCH_FILE
+    hint = "give the output folder of `situp-annotate run`"
+    batch = _read_json(path, otherwise=hint)
+    try:
+        return [str(video["id"]) for video in batch["videos"] if video["status"] == status]
+    except (KeyError, TypeError) as error:
+        raise SitupError(f"{path}: this is not what a run writes; {hint}.") from error
 
 
 def run_folders(output: Path) -> tuple[Path, ...]:
@@ -116,13 +145,12 @@ def run_folders(output: Path) -> tuple[Path, ...]:
     SitupError
         If it is no run's output folder.
     """
-    path = output / BATCH_FILE
-    hint = "give the output folder of `situp-annotate run`"
-    batch = _read_json(path, otherwise=hint)
-    try:
-        return tuple(output / video["id"] for video in batch["videos"] if video["status"] == "ok")
-    except (KeyError, TypeError) as error:
-        raise SitupError(f"{path}: this is not what a run writes; {hint}.") from error
+    return tuple(output / video_id for video_id in _ids(output, "ok"))
+
+
+def failed_ids(output: Path) -> tuple[str, ...]:
+    """Ids of the videos that a run could not annotate; as `run_folders`."""
+    return tuple(_ids(output, "failed"))
 
 
 def read_run(output: Path) -> Iterator[LabelledVideo]:

@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 from typing import Literal
 
 from situp_annotate.errors import SitupError
-from situp_annotate.formats.importing import IMPORTERS, Importer
+from situp_annotate.formats.importing import IMPORTERS
 from situp_annotate.formats.seeds import ImportHints
 from situp_annotate.types import Track
 from situp_annotate.video import find_videos, open_video
@@ -40,14 +40,14 @@ class SeededVideo:
 
 
 class VideoFinder:
-    """Finds the video that a label file means, by its name.
+    """Finds the video that a label file means.
 
     Parameters
     ----------
     places : sequence of Path
         Videos, and folders that hold videos.
-    ids : mapping of Path to str
-        Of the videos of a run, by which its exports are named.
+    ids : mapping of str to Path
+        Videos of a run by their ids, by which its exports are named.
 
     Raises
     ------
@@ -55,51 +55,61 @@ class VideoFinder:
         If a place is not there, or cannot be read.
     """
 
-    def __init__(self, places: Sequence[Path], ids: Mapping[Path, str] | None = None) -> None:
+    def __init__(self, places: Sequence[Path], ids: Mapping[str, Path] | None = None) -> None:
+        self._ids = dict(ids or {})
         found = [path for place in places for path in _videos_at(place)]
-        self._videos = list(dict.fromkeys(found))
-        self._ids = ids or {}
+        self._videos = list(dict.fromkeys([*found, *self._ids.values()]))
 
-    def find(self, name: str, origin: Path) -> Path:
-        """The video of this name, with or without its suffix; else the only one that there is.
+    def find(self, name: str, origin: Path, video_id: str = "") -> Path:
+        """The video with this id, or of this name; else the only one that there is.
 
         Parameters
         ----------
         name : str
-            As the label file says it; empty if it says nothing, and then the file's own name
-            stands for it. Where several videos have the name, the file's own name decides.
+            Of the video, as the label file says it, with or without a suffix; empty if it says
+            nothing.
         origin : Path
-            The label file.
+            The label file. Its own name, which is the id in exports of a run, decides where
+            there is no other, or several videos have it.
+        video_id : str
+            Id of the video in the run, as the label file says it; empty if it says nothing.
 
         Raises
         ------
         SitupError
             If no video has the name, or several have it.
         """
-        wanted = PurePosixPath(name.replace("\\", "/")).name or origin.name
-        matches = self._named(wanted) or self._named(origin.name)
+        if video_id in self._ids:
+            return self._ids[video_id]
+        by_origin = [self._ids[origin.stem]] if origin.stem in self._ids else []
+        by_origin = by_origin or self._named(origin.name)
+        matches = self._named(PurePosixPath(name.replace("\\", "/")).name) if name else by_origin
         if len(matches) > 1:
-            matches = [video for video in self._named(origin.name) if video in matches] or matches
-        if len(matches) > 1:
-            raise SitupError(
-                f"{origin}: {wanted!r} may be {matches[0]} or {matches[1]}; name the one that is "
-                "meant with --videos."
-            )
-        if not matches and len(self._videos) != 1:
-            known = ", ".join(path.name for path in self._videos[:5]) or "none"
-            raise SitupError(
-                f"{origin}: there is no video named {wanted!r} (videos here: {known}); say where "
-                "it is with --videos."
-            )
-        return (matches or self._videos)[0]
+            matches = [video for video in by_origin if video in matches] or matches
+        matches = matches or by_origin
+        if len(matches) == 1:
+            return matches[0]
+        if not matches and len(self._videos) == 1:
+            return self._videos[0]
+        raise SitupError(self._refusal(name or origin.stem, matches, origin))
 
     def _named(self, wanted: str) -> list[Path]:
         """Videos with this very name, or else with this name but for the suffix."""
         stem = PurePosixPath(wanted).stem
-        by_id = [video for video in self._videos if self._ids.get(video) in (wanted, stem)]
-        by_name = [video for video in self._videos if video.name == wanted]
-        by_stem = [video for video in self._videos if stem in (video.name, video.stem)]
-        return by_id or by_name or by_stem
+        return [video for video in self._videos if video.name == wanted] or [
+            video for video in self._videos if stem in (video.name, video.stem)
+        ]
+
+    def _refusal(self, wanted: str, matches: Sequence[Path], origin: Path) -> str:
+        help_ = (
+            "call the label file by the id of the video that is meant"
+            if self._ids
+            else "name the one that is meant with --videos"
+        )
+        if matches:
+            return f"{origin}: {wanted!r} may be {matches[0]} or {matches[1]}; {help_}."
+        known = ", ".join([*self._ids, *(path.name for path in self._videos)][:5]) or "none"
+        return f"{origin}: there is no video named {wanted!r} (videos here: {known}); {help_}."
 
 
 def _videos_at(place: Path) -> list[Path]:
@@ -121,8 +131,8 @@ def read_class_names(path: Path) -> dict[int, str]:
     return {number: line.strip() for number, line in enumerate(lines, start=1) if line.strip()}
 
 
-def recognize(path: Path) -> Importer:
-    """The format that a file has.
+def recognize(path: Path) -> str:
+    """Name of the format that a file has.
 
     Raises
     ------
@@ -134,9 +144,9 @@ def recognize(path: Path) -> Importer:
             head = file.read(_HEAD_BYTES)
     except OSError as error:
         raise SitupError(f"{path}: cannot be read: {error.strerror or error}.") from error
-    for importer in IMPORTERS.values():
+    for name, importer in IMPORTERS.items():
         if importer.recognizes(path, head):
-            return importer
+            return name
     raise SitupError(
         f"{path}: this is none of the formats that can be imported ({', '.join(IMPORTERS)}); "
         "`situp-annotate inspect` says what it looks like, and --format settles it."
@@ -158,7 +168,7 @@ def import_seeds(
     origin: Path,
     finder: VideoFinder,
     *,
-    name: str | None,
+    name: str,
     label: str,
     labels: Mapping[int, str],
     pixel_origin: Literal[0, 1] | None,
@@ -171,8 +181,8 @@ def import_seeds(
         The file.
     finder : VideoFinder
         Knows the videos.
-    name : str or None
-        The format; None to recognize it.
+    name : str
+        The format.
     label, labels, pixel_origin
         As of `ImportHints`.
 
@@ -182,7 +192,6 @@ def import_seeds(
         If the file is none, is not as its format demands, or a video is not found or, where it
         is needed, cannot be decoded.
     """
-    importer = IMPORTERS[name] if name else recognize(origin)
     hints = ImportHints(
         label=label,
         labels=labels,
@@ -190,5 +199,7 @@ def import_seeds(
         times_ns=lambda video_name: _times_ns(finder.find(video_name, origin)),
         size_of=lambda video_name: _size_of(finder.find(video_name, origin)),
     )
-    for seeds in importer.read(origin, hints):
-        yield SeededVideo(finder.find(seeds.name, origin), seeds.tracks, origin, seeds.notes)
+    for seeds in IMPORTERS[name].read(origin, hints):
+        yield SeededVideo(
+            finder.find(seeds.name, origin, seeds.video_id), seeds.tracks, origin, seeds.notes
+        )

@@ -43,13 +43,26 @@ def test_names_that_several_videos_have_are_refused(folder):
 
 
 def test_a_runs_ids_name_its_videos(folder):
-    ids = {folder / "street.mp4": "day", folder / "night" / "street.avi": "night"}
-    finder = VideoFinder([*ids], ids)
-    assert finder.find("", folder / "night.txt") == folder / "night" / "street.avi"
-    assert finder.find("day", folder / "a.xml") == folder / "street.mp4"
-    assert finder.find("street", folder / "day.xml") == folder / "street.mp4"
-    with pytest.raises(SitupError, match="may be"):
+    ids = {"day": folder / "street.mp4", "night": folder / "night" / "street.avi"}
+    finder = VideoFinder([], ids)
+    assert finder.find("", folder / "night.txt") == ids["night"]
+    assert finder.find("street.avi", folder / "a.xml") == ids["night"]
+    assert finder.find("street", folder / "day.xml") == ids["day"]
+    assert finder.find("anything", folder / "a.json", "night") == ids["night"]
+    assert finder.find("renamed in the tool", folder / "day.xml") == ids["day"]
+    with pytest.raises(SitupError, match=r"may be .* by the id of the video"):
         finder.find("street", folder / "a.xml")
+    with pytest.raises(SitupError, match="videos here: day, night"):
+        finder.find("", folder / "a.xml")
+
+
+def test_a_name_that_is_another_videos_id_does_not_mislead(folder):
+    (folder / "cam").mkdir()
+    (folder / "cam" / "door.mp4").touch()
+    ids = {"door": folder / "door.mp4", "cam-door": folder / "cam" / "door.mp4"}
+    finder = VideoFinder([], ids)
+    assert finder.find("door.mp4", folder / "cam-door.xml") == ids["cam-door"]
+    assert finder.find("door.mp4", folder / "door.xml") == ids["door"]
 
 
 def test_the_only_video_there_is_needs_no_name(folder):

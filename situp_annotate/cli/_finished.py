@@ -1,6 +1,6 @@
 """What the commands that look at a finished run share."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from situp_annotate.errors import EXIT_FAILED, OutputError, RecipeError, SitupError
+from situp_annotate.formats.staging import refuse_existing
 
 if TYPE_CHECKING:
     from situp_annotate.formats.labelled import LabelledVideo
@@ -86,17 +87,6 @@ def chosen_folders(out: Path, video_ids: Sequence[str]) -> list[Path]:
     if not chosen:
         raise SitupError(f"{out}: this run has annotated no video.")
     return chosen
-
-
-def refuse_existing(places: Iterable[Path], *, overwrite: bool) -> None:
-    """Stop before anything is made that would replace what is there, unless that is wanted."""
-    present = [] if overwrite else [place for place in places if place.exists()]
-    if present:
-        more = f" and {len(present) - 1} more" if len(present) > 1 else ""
-        raise OutputError(
-            f"{present[0]}{more}: this is already there; replace it with --overwrite, or choose "
-            "another place with --output."
-        )
 
 
 @contextmanager

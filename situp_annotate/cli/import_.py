@@ -1,38 +1,41 @@
 """``situp-annotate import``: boxes from other tools, as a manifest."""
 
-from collections.abc import Iterator, Sequence
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import click
 
-from situp_annotate.errors import OutputError, SitupError
+from situp_annotate.cli._finished import refuse_existing
+from situp_annotate.errors import SitupError
 
 if TYPE_CHECKING:
-    from situp_annotate.formats.labelled import LabelledVideo
     from situp_annotate.seeding import SeededVideo, VideoFinder
     from situp_annotate.types import VideoJob
 
 __all__ = ["import_"]
 
 _FORMATS = ("cvat", "mot", "label-studio", "coco", "otb")
+_EDITABLE = ("cvat", "label-studio")
+"""Formats that give back everything that was exported to them."""
 
 
 def _read(
-    files: Sequence[Path],
+    files: "Mapping[Path, str]",
     finder: "VideoFinder",
-    name: str | None,
     label: str,
     labels: Path | None,
     pixel_origin: str | None,
 ) -> "Iterator[SeededVideo]":
-    """What all files say; a second word on the same video is refused."""
+    """What all files, of which the formats are given, say; never twice of the same video."""
     from situp_annotate.seeding import import_seeds, read_class_names
 
     names = read_class_names(labels) if labels else {}
     origin: Literal[0, 1] | None = None if pixel_origin is None else (0, 1)[int(pixel_origin)]
     seen: dict[Path, Path] = {}
-    for file in files:
+    for file, name in files.items():
         for seeded in import_seeds(
             file, finder, name=name, label=label, labels=names, pixel_origin=origin
         ):
@@ -49,7 +52,7 @@ def _new_jobs(seeded: "Sequence[SeededVideo]", home: Path) -> "list[VideoJob]":
     from situp_annotate.formats.manifest.ids import unique_ids
     from situp_annotate.types import VideoJob
 
-    paths = [video.path.absolute() for video in seeded]
+    paths = [Path(os.path.abspath(video.path)) for video in seeded]  # noqa: PTH100 - no links
     names = [path.relative_to(home) if path.is_relative_to(home) else path.name for path in paths]
     ids = unique_ids([Path(name).as_posix() for name in names], home)
     return [
@@ -59,33 +62,50 @@ def _new_jobs(seeded: "Sequence[SeededVideo]", home: Path) -> "list[VideoJob]":
 
 
 def _corrected_jobs(
-    seeded: "Sequence[SeededVideo]", run: "Sequence[LabelledVideo]"
+    seeded: "Sequence[SeededVideo]", run: "Mapping[Path, VideoJob]", iou: float
 ) -> "list[VideoJob]":
-    """The jobs of the run, with the corrections; tells what is new in each."""
+    """The jobs of the run, by their folders, with the corrections; tells what is new in each."""
     from situp_annotate.finished.corrections import correct
-    from situp_annotate.types import VideoJob
+    from situp_annotate.results import read_video
 
     tracks_of = {video.path: video.tracks for video in seeded}
     jobs = []
-    for video in run:
-        tracks = tuple(labelled.track for labelled in video.tracks)
-        if video.info.path in tracks_of:
-            result = correct(tracks_of[video.info.path], video)
-            tracks = result.tracks
-            click.echo(
-                f"{video.id}: {result.changed} boxes changed or added, {result.added} tracks "
-                f"added, {result.removed} removed"
-            )
-        jobs.append(VideoJob(video.id, video.info.path, tracks))
+    for folder, job in run.items():
+        if job.path not in tracks_of:
+            jobs.append(job)
+            continue
+        result = correct(tracks_of[job.path], read_video(folder), iou=iou)
+        click.echo(
+            f"{job.id}: {result.changed} boxes changed or added, {result.added} tracks added, "
+            f"{result.removed} removed"
+        )
+        jobs.append(replace(job, tracks=result.tracks))
     return jobs
 
 
-def _refuse(output: Path, *, overwrite: bool) -> None:
-    if output.exists() and not overwrite:
-        raise OutputError(
-            f"{output}: there is a file already; choose another with --output, or give "
-            "--overwrite to lose it."
+def _jobs_of(run: Path) -> "dict[Path, VideoJob]":
+    """What a run was given for each video, by its folder; tells of those that have failed."""
+    from situp_annotate.results import failed_ids, read_job, run_folders
+
+    for video_id in failed_ids(run):
+        click.echo(
+            f"{video_id} failed in this run, so that it is not in the new manifest.", err=True
         )
+    return {folder: read_job(folder) for folder in run_folders(run)}
+
+
+def _formats(files: Sequence[Path], name: str | None, *, corrects: bool) -> dict[Path, str]:
+    """The format of each file; of corrections only what gives everything back."""
+    from situp_annotate.seeding import recognize
+
+    formats = {file: name or recognize(file) for file in files}
+    for file, found in formats.items():
+        if corrects and found not in _EDITABLE:
+            raise SitupError(
+                f"{file}: corrections are read from {' or '.join(_EDITABLE)}, which give back all "
+                f"that was exported; {found} does not. Export and correct in one of those."
+            )
+    return formats
 
 
 @click.command("import", short_help="Make a manifest of boxes from other tools.")
@@ -117,6 +137,13 @@ def _refuse(output: Path, *, overwrite: bool) -> None:
     "what a person drew or changed, and leave the rest to be tracked again.",
 )
 @click.option(
+    "--iou",
+    type=click.FloatRange(min=0, min_open=True, max=1),
+    default=0.9,
+    show_default=True,
+    help="With --corrects: what the export was made with.",
+)
+@click.option(
     "--format",
     "name",
     type=click.Choice(_FORMATS),
@@ -145,6 +172,7 @@ def import_(
     places: tuple[Path, ...],
     output: Path,
     run: Path | None,
+    iou: float,
     name: str | None,
     label: str,
     labels: Path | None,
@@ -172,16 +200,18 @@ def import_(
     """
     from situp_annotate.formats.manifest import dump_manifest
     from situp_annotate.formats.staging import write_whole
-    from situp_annotate.results import read_run
     from situp_annotate.seeding import VideoFinder
 
-    _refuse(output, overwrite=overwrite)
-    videos = list(read_run(run)) if run else []
+    if run and places:
+        raise click.UsageError("--corrects knows where its videos are: leave out --videos.")
+    refuse_existing([output], overwrite=overwrite)
+    formats = _formats(files, name, corrects=run is not None)
     home = output.parent.resolve()
-    ids = {video.info.path: video.id for video in videos}
-    finder = VideoFinder([*ids] or places or _folders(files), ids)
-    seeded = list(_read(files, finder, name, label, labels, pixel_origin))
-    jobs = _corrected_jobs(seeded, videos) if run else _new_jobs(seeded, home)
+    known = _jobs_of(run) if run else {}
+    ids = {job.id: job.path for job in known.values()}
+    finder = VideoFinder([] if run else places or _folders(files), ids)
+    seeded = list(_read(formats, finder, label, labels, pixel_origin))
+    jobs = _corrected_jobs(seeded, known, iou) if run else _new_jobs(seeded, home)
     write_whole(output, dump_manifest(jobs, home))
     for video in seeded:
         for note in video.notes:

@@ -21,11 +21,15 @@ class Seeds:
         By id.
     notes : tuple of str
         What the reader had to decide, a finished sentence each.
+    video_id : str
+        Id of the video in the run that the boxes were exported from; empty if the file does not
+        say.
     """
 
     name: str
     tracks: tuple[Track, ...]
     notes: tuple[str, ...] = ()
+    video_id: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,13 +2,36 @@
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from situp_annotate.errors import OutputError
 
-__all__ = ["discard_staging", "staged_entries", "staged_folder", "write_whole"]
+__all__ = [
+    "discard_staging",
+    "refuse_existing",
+    "staged_entries",
+    "staged_folder",
+    "write_whole",
+]
+
+
+def refuse_existing(places: Iterable[Path], *, overwrite: bool) -> None:
+    """Stop before anything is made that would replace what is there, unless that is wanted.
+
+    Raises
+    ------
+    OutputError
+        If something is at one of the places and must not be replaced.
+    """
+    present = [] if overwrite else [place for place in places if place.exists()]
+    if present:
+        more = f" and {len(present) - 1} more" if len(present) > 1 else ""
+        raise OutputError(
+            f"{present[0]}{more}: this is already there; replace it with --overwrite, or choose "
+            "another place with --output."
+        )
 
 
 def _staging(target: Path) -> Path:

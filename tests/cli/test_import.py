@@ -107,23 +107,38 @@ def test_what_cannot_be_imported_is_named(folder, name, text, words):
     assert not (folder / "m.json").exists()
 
 
-def test_videos_without_corrections_stay_as_the_run_had_them(folder):
+@pytest.fixture
+def run(folder):
+    """Jobs of a run of both videos and one that fails, its output folder, and the export."""
     jobs = [
         patch_job(folder / "one.mp4", 0, 8, video_id="a"),
         patch_job(folder / "two.mp4", 2, video_id="b"),
+        patch_job(folder / "gone.mp4", 2, video_id="c"),
     ]
     out = folder / "out"
     annotate_batch(jobs, out, load_recipe("csv_only"), executor="serial")
-    exported = CliRunner().invoke(
-        cli, ["export", str(out), "-f", "cvat-mot", "-o", str(folder / "e"), "--video", "a"]
-    )
-    assert exported.exit_code == 0
-    archive = folder / "e" / "cvat-mot" / "a.zip"
-    (folder / "one.zip").write_bytes(archive.read_bytes())
+    for name in ("cvat", "mot"):
+        CliRunner().invoke(cli, ["export", str(out), "-f", name, "-o", str(folder / "e")])
+    return jobs, out, folder / "e"
+
+
+def test_videos_without_corrections_stay_as_the_run_had_them(folder, run):
+    jobs, out, exported = run
     options = ("--corrects", out, "--output", folder / "m.json")
-    outcome = import_(folder / "one.zip", *options)
+    outcome = import_(exported / "cvat" / "a.xml", *options)
     assert outcome.exit_code == 0, outcome.output
     assert "a: 0 boxes changed or added, 0 tracks added, 0 removed" in outcome.stdout
-    given = [dataclasses.replace(job, manifest_sha256=None) for job in jobs]
+    assert "c failed in this run" in outcome.stderr
     loaded = load_manifest(folder / "m.json").jobs
-    assert [dataclasses.replace(job, manifest_sha256=None) for job in loaded] == given
+    assert [dataclasses.replace(job, manifest_sha256=None) for job in loaded] == jobs[:2]
+
+
+def test_corrections_come_in_formats_that_give_everything_back(folder, run):
+    _, out, exported = run
+    options = ("--corrects", out, "--output", folder / "m.json")
+    outcome = import_(exported / "mot" / "a.txt", *options)
+    assert outcome.exit_code == 1
+    assert "a.txt: corrections are read from cvat or label-studio" in outcome.stderr
+    outcome = import_(exported / "cvat" / "a.xml", *options, "--videos", folder)
+    assert outcome.exit_code == 2
+    assert not (folder / "m.json").exists()

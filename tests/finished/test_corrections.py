@@ -11,6 +11,7 @@ from situp_annotate.formats.keyframed import keyframes_of
 from situp_annotate.formats.labelled import LabelledTrack, LabelledVideo
 from situp_annotate.types import (
     BoundingBox,
+    Extend,
     Keyframe,
     Method,
     Provenance,
@@ -108,7 +109,109 @@ def test_a_drawn_box_that_was_moved_or_deleted(run):
     moved = Keyframe(0, BoundingBox(12, 50, 40, 30))
     back = replace(sent, keyframes=(moved, *sent.keyframes[1:-1]))
     (track,) = correct([back], video(run)).tracks
-    assert track.keyframes == (moved,)
+    assert track.keyframes == (moved, sent.keyframes[-2])  # what stands beside the deleted one
+
+
+def without(track, *frames):
+    return replace(track, keyframes=tuple(k for k in track.keyframes if k.frame not in frames))
+
+
+def frames_of(track):
+    return [keyframe.frame for keyframe in track.keyframes]
+
+
+def test_a_track_whose_first_box_was_deleted_begins_where_it_still_does(run):
+    sent = exported(run)
+    assert frames_of(sent) == [0, 29, 30, 59]
+    result = correct([without(sent, 0)], video(run))
+    (track,) = result.tracks
+    assert (track.id, frames_of(track), result.removed) == (3, [29, 59], 0)
+
+
+def test_a_track_that_was_split_keeps_both_halves():
+    drawn = replace(DRAWN, keyframes=DRAWN.keyframes[:1])
+    run = labelled(drawn)
+    sent = exported(run)
+    halves = [
+        Track(1, "car", (sent.keyframes[0], Keyframe(20, None))),
+        Track(2, "car", sent.keyframes[1:]),
+    ]
+    result = correct(halves, video(run))
+    assert sorted(frames_of(track)[0] for track in result.tracks) == [0, 29]
+    assert (result.added, result.removed) == (1, 0)
+
+
+def test_beside_a_deleted_keyframe_of_the_run_boxes_stay(run):
+    sent = exported(run)
+    result = correct([without(sent, 29, 30)], video(run))
+    assert frames_of(result.tracks[0]) == [0, 59]  # were drawn; nothing else is left
+    bent = replace(DRAWN, keyframes=DRAWN.keyframes[:1])
+    run = labelled(bent)
+    result = correct([without(exported(run), 29)], video(run))
+    assert frames_of(result.tracks[0]) == [0]
+    result = correct([without(exported(run), 29, 30)], video(run))
+    assert (frames_of(result.tracks[0]), result.changed) == ([0, 59], 1)
+
+
+def test_where_the_run_had_lost_it_and_a_person_says_that_it_stays():
+    drawn = replace(DRAWN, keyframes=DRAWN.keyframes[:1])
+    run = labelled(drawn, lost=range(40, FRAMES))
+    sent = exported(run)
+    (track,) = correct([without(sent, 40)], video(run)).tracks
+    assert track.keyframes == (drawn.keyframes[0], sent.keyframes[-2])
+
+
+def test_the_first_part_of_an_extended_track_can_be_deleted():
+    drawn = replace(DRAWN, keyframes=(Keyframe(30, box_at(30)),), extend=Extend.BOTH)
+    run = labelled(drawn)
+    sent = exported(run)
+    assert correct([sent], video(run)).tracks == (drawn,)
+    (track,) = correct([without(sent, 0)], video(run)).tracks
+    assert (frames_of(track), track.extend) == ([29, 30], Extend.FORWARD)
+
+
+def test_what_hides_the_object_ends_where_it_is_seen_again():
+    run = labelled(DRAWN, hidden=range(40, 55))
+    sent = exported(run)
+    hides = Keyframe(45, BoundingBox(30, 40, 40, 30), occluded=True)
+    back = replace(sent, keyframes=tuple(sorted((*sent.keyframes, hides), key=lambda k: k.frame)))
+    (track,) = correct([back], video(run)).tracks
+    assert frames_of(track) == [0, 45, 55, 59]
+    assert [keyframe.occluded for keyframe in track.keyframes] == [False, True, False, False]
+
+
+@pytest.mark.parametrize("occluded", [True, False])
+def test_what_a_person_said_ends_where_its_end_was_deleted(occluded):
+    said = Keyframe(20, box_at(20), occluded=True) if occluded else Keyframe(20, None)
+    again = Keyframe(40, box_at(40))
+    drawn = replace(DRAWN, keyframes=(DRAWN.keyframes[0], said, again))
+    away = range(20, 40)
+    run = labelled(drawn, hidden=away if occluded else (), gone=() if occluded else away)
+    back = without(exported(run), 40)
+    (track,) = correct([back], video(run)).tracks
+    after = track.keyframes[-1]
+    assert (after.frame, after.occluded) == (59, False)
+    assert after.box is not None
+
+
+def test_boxes_outside_the_picture_may_be_missing_or_not():
+    run = labelled(replace(DRAWN, keyframes=DRAWN.keyframes[:1]))
+    far = {
+        frame: replace(run.points[frame], box=BoundingBox(400, 9, 9, 9)) for frame in range(40, 60)
+    }
+    run = LabelledTrack(run.track, {**run.points, **far})
+    assert correct([exported(run)], video(run)).tracks == (run.track,)
+    left_out = LabelledTrack(run.track, {f: run.points[f] for f in range(40)})
+    assert correct([exported(left_out)], video(run)).tracks == (run.track,)
+
+
+def test_exported_guesses_are_no_corrections():
+    drawn = replace(DRAWN, keyframes=DRAWN.keyframes[:1])
+    run = labelled(drawn, lost=range(40, FRAMES))
+    keyframes = keyframes_of(run, frame_count=FRAMES, iou=0.97, states=tuple(State), decimals=2)
+    sent = Track(3, "car", tuple(map(rounded, keyframes)))
+    assert sent.keyframes[-1].box is not None
+    assert correct([sent], video(run)).tracks == (drawn,)
 
 
 def test_tracks_may_come_back_with_other_ids_and_in_another_order():
