@@ -7,9 +7,10 @@ The page is photographed by Chromium, which must be installed, with Playwright.
 
 import shutil
 import tempfile
+from io import BytesIO
 from pathlib import Path
 
-import cv2
+from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from situp_annotate import annotate_video, load_manifest, load_recipe
@@ -20,11 +21,16 @@ WIDTH, HEIGHT = 1280, 800
 FOLDER = Path(__file__).parent
 
 
+def save(picture: Image.Image, name: str) -> None:
+    """Save a picture beside this file, in 256 colours: a third of the bytes."""
+    picture.quantize(256).save(FOLDER / name, optimize=True)
+
+
 def save_frame(overlay: Path) -> None:
     """Save a frame of the overlay."""
     with open_video(overlay) as frames:
-        image = next(frame.image for frame in frames if frame.index == FRAME)
-    cv2.imwrite(str(FOLDER / "overlay.png"), image, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+        picture = next(frame.image for frame in frames if frame.index == FRAME)
+    save(Image.fromarray(picture[..., ::-1]), "overlay.png")
 
 
 def save_page(page: Path) -> None:
@@ -36,8 +42,9 @@ def save_page(page: Path) -> None:
         tab = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
         tab.goto(page.as_uri())
         tab.wait_for_timeout(1500)
-        tab.screenshot(path=FOLDER / "report.png")
+        picture = tab.screenshot()
         browser.close()
+    save(Image.open(BytesIO(picture)).convert("RGB"), "report.png")
 
 
 def main() -> None:
