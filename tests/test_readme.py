@@ -40,7 +40,7 @@ def test_the_two_set_up_commands_are_those_that_ci_runs():
     commands = [text.strip() for text in blocks("sh") if text.startswith(SET_UP)]
     assert len(commands) == 2
     assert all("\n" not in command for command in commands)
-    assert commands[1].endswith(" && .venv/bin/pytest")
+    assert " && .venv/bin/pytest" in commands[1]
 
 
 def without_installation(line):
@@ -51,7 +51,7 @@ def without_installation(line):
 SHELL = [
     "".join(f"{without_installation(line)}\n" for line in block.splitlines())
     for block in blocks("sh")
-    if not block.endswith("/pytest\n")  # that is what runs here
+    if "bin/pytest" not in block  # that is what runs here
 ]
 
 
