@@ -17,20 +17,6 @@ __all__ = ["write_csv"]
 _FILE = "labels.csv"
 
 
-def _rows(video: LabelledVideo, options: ExportOptions) -> list[tuple[object, ...]]:
-    """By frame, then track id."""
-    rows = [
-        (frame, track.track.id, track.track.label, point)
-        for track in video.tracks
-        for frame, point in track.in_states(options.states).items()
-    ]
-    rows.sort(key=lambda row: row[:2])
-    return [
-        (video.id, frame, time_cell(video.times_ns[frame]), track_id, label, *label_cells(point))
-        for frame, track_id, label, point in rows
-    ]
-
-
 def write_csv(videos: Iterable[LabelledVideo], folder: Path, options: ExportOptions) -> None:
     """Write ``labels.csv``.
 
@@ -47,4 +33,6 @@ def write_csv(videos: Iterable[LabelledVideo], folder: Path, options: ExportOpti
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(("video", *LABELS_HEADER))
         for video in videos:
-            writer.writerows(_rows(video, options))
+            for frame, labelled, point in video.in_states(options.states):
+                time, track = time_cell(video.times_ns[frame]), labelled.track
+                writer.writerow((video.id, frame, time, track.id, track.label, *label_cells(point)))

@@ -26,6 +26,7 @@ def keyframes_of(
     iou: float,
     states: Collection[State],
     decimals: int,
+    keep: Collection[int] = (),
 ) -> tuple[Keyframe, ...]:
     """Keyframes between which straight lines give the labels back.
 
@@ -42,6 +43,8 @@ def keyframes_of(
         Labels in other states count as none.
     decimals : int
         To which the reader's tool rounds coordinates.
+    keep : collection of int
+        Further frames whose labels stay keyframes; those without a label do not count.
 
     Returns
     -------
@@ -55,7 +58,8 @@ def keyframes_of(
         return ()
     boxes: dict[int, BoundingBox] = {frame: point.box for frame, point in points.items()}
     human = {frame for frame, point in points.items() if point.provenance is Provenance.HUMAN}
-    kept = thin(boxes, iou=iou, keep=human | _changes(points), rounding=0.5 * 10**-decimals)
+    wanted = human | _changes(points) | points.keys() & set(keep)
+    kept = thin(boxes, iou=iou, keep=wanted, rounding=0.5 * 10**-decimals)
     keyframes = []
     for frame, box in kept.items():
         keyframes.append(Keyframe(frame, box, points[frame].state is not State.VISIBLE))

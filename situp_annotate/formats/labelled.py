@@ -1,6 +1,6 @@
 """What a run has found in a video: the value that every export is made from."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from situp_annotate.types import State, Track, TrackPoint, VideoInfo
@@ -51,3 +51,16 @@ class LabelledVideo:
     frame_count: int
     times_ns: Mapping[int, int]
     tracks: tuple[LabelledTrack, ...]
+
+    def in_states(
+        self, states: Collection[State]
+    ) -> Iterator[tuple[int, LabelledTrack, TrackPoint]]:
+        """Frame, track and label of each label in one of these states, by frame, then track id."""
+        labels = [
+            (frame, track.track.id, track, point)
+            for track in self.tracks
+            for frame, point in track.in_states(states).items()
+        ]
+        labels.sort(key=lambda entry: entry[:2])
+        for frame, _, track, point in labels:
+            yield frame, track, point

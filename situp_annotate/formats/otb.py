@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from situp_annotate.errors import SitupError
+from situp_annotate.formats.class_labels import checked_label
 from situp_annotate.formats.seeds import ImportHints, Seeds
 from situp_annotate.formats.zipped import read_text
 from situp_annotate.types import BoundingBox, Keyframe, Track
@@ -101,7 +102,7 @@ def _track(path: Path, number: int, label: str, origin: int) -> Track:
     keyframes = tuple(_keyframes(read_boxes(path), origin))
     if not keyframes:
         raise SitupError(f"{path}: there is no box in this file; give x, y, width, height a line.")
-    return Track(number, label, keyframes)
+    return Track(number, checked_label(label, str(path)), keyframes)
 
 
 def read_otb(path: Path, hints: ImportHints) -> list[Seeds]:

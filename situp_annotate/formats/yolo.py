@@ -2,8 +2,8 @@
 
 ``labels/<video id>/<frame>.txt`` has a line a box: ``class cx cy w h``, in shares of the picture,
 clipped to it; frames are six digits, from 0. A frame without objects has an empty file, as an
-example of background. A frame in which an object is lost has none, unless lost objects are
-exported: it would teach that nothing is there.
+example of background. A frame in which an object may be that is not exported has none, for it
+would teach that nothing is there: where one is lost, and before the first label of a track.
 
 Training takes five columns and no others, so track ids stand elsewhere: ``tracks`` has the same
 files with the track id as a sixth column. ``images/<video id>/<frame>.jpg`` are the decoded frames,
@@ -21,7 +21,8 @@ from situp_annotate.formats.clipping import clipped
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.frame_files import frame_stem
 from situp_annotate.formats.labelled import LabelledVideo
-from situp_annotate.types import BoundingBox, Frame, State, VideoInfo
+from situp_annotate.formats.outside import unsettled_frames
+from situp_annotate.types import BoundingBox, Frame, VideoInfo
 from situp_annotate.video import open_video
 
 __all__ = ["write_yolo"]
@@ -63,10 +64,12 @@ def _lines(
     return lines
 
 
-def _uncertain(video: LabelledVideo, options: ExportOptions) -> set[int]:
-    """Frames with a lost object that is not exported."""
-    left_out = {State.LOST}.difference(options.states)
-    return {frame for track in video.tracks for frame in track.in_states(left_out)}
+def _settled(video: LabelledVideo, options: ExportOptions) -> list[int]:
+    """Frames in which every object has a label or is outside."""
+    frames = set(range(video.frame_count))
+    for track in video.tracks:
+        frames -= unsettled_frames(track, frame_count=video.frame_count, states=options.states)
+    return sorted(frames)
 
 
 def _write_labels(
@@ -130,8 +133,7 @@ def write_yolo(videos: Iterable[LabelledVideo], folder: Path, options: ExportOpt
     ids = []
     for video in videos:
         lines = _lines(video, classes, options)
-        uncertain = _uncertain(video, options)
-        frames = [frame for frame in range(video.frame_count) if frame not in uncertain]
+        frames = _settled(video, options)
         _write_labels(video, frames, folder, lines)
         if options.images:
             _write_pictures(video, set(frames), folder)

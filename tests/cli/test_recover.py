@@ -70,8 +70,19 @@ def test_nothing_is_overwritten_unasked(partial):
     assert invoke(partial).exit_code == 0
     outcome = invoke(partial)
     assert outcome.exit_code == 5
-    assert "give --overwrite" in outcome.stderr
+    assert "replace it with --overwrite" in outcome.stderr
     assert invoke(partial, "--overwrite").exit_code == 0
+
+
+def test_the_file_to_be_rescued_stays_though_it_is_named_as_one_in_the_making(partial):
+    before = partial.read_bytes()
+    rescued = partial.with_name("annotations.mcap")
+    outcome = invoke(partial, "-o", rescued)
+    assert outcome.exit_code == 0, outcome.stderr
+    assert partial.read_bytes() == before
+    with rescued.open("rb") as file:
+        assert make_reader(file).get_summary().statistics.message_count == 40
+    assert {path.name for path in partial.parent.iterdir()} == {partial.name, rescued.name}
 
 
 def test_what_is_no_mcap_is_refused(tmp_path):

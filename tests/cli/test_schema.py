@@ -80,6 +80,7 @@ BOX = [1, 2, 3.5, 4]
         ({"frame": -1}, False),
         ({"id": 0}, False),
         ({"label": ""}, False),
+        ({"label": "a\tb"}, False),
         ({"box": [1, 2, 3]}, False),
         ({"box": [1, 2, 3, 0]}, False),
         ({"box": None}, False),

@@ -64,7 +64,7 @@ def test_a_file_is_as_documented(tmp_path):
             "length": 3,
             "fps": 30000 / 1001,
             "neg_category_ids": [],
-            "not_exhaustive_category_ids": [],
+            "not_exhaustive_category_ids": [2],
         }
     ]
     assert coco["tracks"] == [
@@ -73,7 +73,8 @@ def test_a_file_is_as_documented(tmp_path):
     ]
     size = {"width": 640, "height": 480}
     assert coco["images"] == [
-        {"id": 1, "video_id": 1, "frame_index": 0, "file_name": "clip/000000.jpg", **size},
+        {"id": 1, "video_id": 1, "frame_index": 0, "file_name": "clip/000000.jpg", **size}
+        | {"not_exhaustive_category_ids": [2]},
         {"id": 2, "video_id": 1, "frame_index": 1, "file_name": "clip/000001.jpg", **size},
         {"id": 3, "video_id": 1, "frame_index": 2, "file_name": "clip/000002.jpg", **size}
         | {"neg_category_ids": [1, 2]},
@@ -111,6 +112,18 @@ def test_where_an_object_is_lost_its_class_is_said_to_be_incomplete(tmp_path):
     with_lost = json.loads(write(tmp_path, video, options=ALL).read_text())
     assert with_lost["videos"][0]["not_exhaustive_category_ids"] == []
     assert [annotation["state"] for annotation in with_lost["annotations"]] == ["visible", "lost"]
+
+
+def test_an_absence_is_claimed_only_where_a_person_said_so(tmp_path):
+    video = labelled_video(
+        labelled_track(1, {2: BOX}), labelled_track(2, {3: BOX}, "dog"), frame_count=6
+    )
+    coco = json.loads(write(tmp_path, video).read_text())
+    said = [
+        (image.get("neg_category_ids"), image.get("not_exhaustive_category_ids"))
+        for image in coco["images"]
+    ]
+    assert said == [([], [1, 2]), ([], [1, 2]), (None, [2]), (None, None), *[([1, 2], None)] * 2]
 
 
 def test_no_video_is_a_sound_file(tmp_path):
@@ -184,13 +197,21 @@ def test_what_is_exported_is_imported(tmp_path_factory, video):
     for track in seeds.tracks:
         points = wanted[track.id].points
         assert track.label == wanted[track.id].track.label
+        told = [frame for frame in range(video.frame_count) if frame >= begun(video, track.label)]
         ends = {frame + 1 for frame in points if frame + 1 not in points}
+        absent = {next((frame for frame in told if frame >= end), end) for end in ends}
         assert track.keyframes == tuple(
             Keyframe(frame, points[frame].box, points[frame].state is not State.VISIBLE)
             if frame in points
             else Keyframe(frame, None)
-            for frame in sorted(points.keys() | ends - {video.frame_count})
+            for frame in sorted(points.keys() | absent - {video.frame_count})
         )
+
+
+def begun(video, label):
+    """First frame of which it is known where every object of a class is."""
+    tracks = [track for track in video.tracks if track.track.label == label]
+    return max(track.track.keyframes[0].frame + (not track.points) for track in tracks)
 
 
 @settings(deadline=None)
@@ -341,6 +362,10 @@ BAD = [
     (document([], [IMAGE | {"video_id": 2}]), r"\$\.images\[0\]\.video_id: no video has the id 2"),
     (document([], [IMAGE, IMAGE | {"id": 11}]), r"\$\.images\[1\]: .* stands there already"),
     (document([], [IMAGE, IMAGE | {"frame_index": 1}]), r"\$\.images\[1\]: .* stands there"),
+    (
+        document([box_in(10)], categories=[{"id": 7, "name": "a\rb"}]),
+        r"\$\.annotations\[0\]: 'a\\rb' cannot be a label",
+    ),
     (document([{"id": 1, "video_id": 4, "bboxes": []}]), r"\[0\]\.video_id: no video has the id 4"),
 ]
 

@@ -208,6 +208,18 @@ def test_attributes_come_back_as_text_where_they_change(tmp_path):
     assert mutable == {"colour": "False", "pose": "True", "n": "False"}
 
 
+def test_attributes_change_where_they_did_though_no_box_does(tmp_path):
+    attributes = {"pose": [[1, "sits"], [4, "stands"], [7, "sits"]], "colour": [[2, "red"]]}
+    points = dict.fromkeys([*range(10), *range(14, 20)], BOX)
+    video = labelled_video(labelled_track(1, points, "dog", attributes))
+    found = read(write(tmp_path, video)).tracks[0]
+    assert found.attributes == {
+        "pose": [[0, "sits"], [4, "stands"], [7, "sits"]],
+        "colour": "red",
+    }
+    assert [keyframe.frame for keyframe in found.keyframes] == [0, 4, 7, 9, 10, 14, 19]
+
+
 # ---- import ------------------------------------------------------------------------------------
 
 
@@ -328,7 +340,8 @@ def test_an_archive_is_read_like_the_file_in_it(tmp_path):
         (track(box(1)) + track(box(2)), "there are two tracks 0"),
         (f"<track id='1'>{box(1)}</track>", "track 1: label is missing"),
         (f"<track label='car'>{box(1)}</track>", "a track: id is missing"),
-        (f"<track id='1' label=' '>{box(1)}</track>", "the label is empty"),
+        (f"<track id='1' label=' '>{box(1)}</track>", "track 1: ' ' cannot be a label"),
+        (f"<track id='1' label='a&#13;b'>{box(1)}</track>", r"track 1: 'a\\rb' cannot be a label"),
         ("<image id='0' name='a.png'/>", 'export the task from CVAT as "CVAT for video 1.1"'),
         ("<track>", "not XML as CVAT writes it"),
     ],

@@ -17,8 +17,10 @@ def moved(by):
     return BoundingBox(10 + by, 20, 30, 40)
 
 
-def keyframes(track, *, frame_count=20, iou=0.9, states=VISIBLE, decimals=2):
-    return keyframes_of(track, frame_count=frame_count, iou=iou, states=states, decimals=decimals)
+def keyframes(track, *, frame_count=20, iou=0.9, states=VISIBLE, decimals=2, keep=()):
+    return keyframes_of(
+        track, frame_count=frame_count, iou=iou, states=states, decimals=decimals, keep=keep
+    )
 
 
 def test_a_steady_move_needs_its_ends_and_an_outside():
@@ -66,6 +68,12 @@ def test_a_change_of_state_is_kept():
         (6, False),
         (8, False),
     ]
+
+
+def test_frames_to_keep_stay_where_they_have_a_label():
+    track = labelled_track(1, {frame: moved(frame) for frame in range(3, 20)})
+    found = keyframes(track, keep={0, 7, 8, 99})
+    assert [keyframe.frame for keyframe in found] == [3, 7, 8, 19]
 
 
 @pytest.mark.parametrize("gap", [1, 4])

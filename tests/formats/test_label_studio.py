@@ -148,7 +148,7 @@ def test_what_is_exported_is_imported(tmp_path_factory, video, times_ns):
     video = timed(replace(video, tracks=(*video.tracks, WHOLE)), times_ns)
     folder = tmp_path_factory.mktemp("ls")
     (seeds,) = read(folder, write(folder, video), times_ns)
-    assert seeds.name == "clip.mp4"
+    assert (seeds.name, seeds.video_id) == ("clip.mp4", "clip")
     points = {
         track.track.id: {
             frame: replace(point, box=drawable(point.box))
@@ -189,7 +189,11 @@ def test_a_task_is_as_the_editor_writes_it(tmp_path):
     points[11] = (BOX, State.OCCLUDED, Provenance.HUMAN)
     track = labelled_track(7, points, "car", {"colour": "red"})
     (task,) = write(tmp_path, timed(labelled_video(track), range(0, 800 * MS, 40 * MS)))
-    assert task["data"] == {"video": "/data/local-files/?d=clip.mp4", "fps": 25.0}
+    assert task["data"] == {
+        "video": "/data/local-files/?d=clip.mp4",
+        "fps": 25.0,
+        "situp_id": "clip",
+    }
     (prediction,) = task["predictions"]
     assert prediction["model_version"] == "situp-annotate"
     assert prediction["score"] == 0.5
@@ -220,6 +224,29 @@ def test_labels_up_to_the_end_are_not_switched_off(tmp_path):
     (task,) = write(tmp_path, timed(labelled_video(track), range(0, 800 * MS, 40 * MS)))
     (region,) = result_of(task)
     assert [item["enabled"] for item in region["value"]["sequence"]] == [True, True]
+
+
+def test_an_outside_in_the_last_pictures_stays_though_pictures_come_late(tmp_path):
+    """The rate that a file says is not always the mean one: 25, and a pause of five seconds."""
+    times_ns = [0, 40 * MS, 80 * MS, 5000 * MS, 5040 * MS]
+    track = labelled_track(1, dict.fromkeys(range(4), BOX))
+    tasks = write(tmp_path, timed(labelled_video(track), times_ns, Fraction(25)))
+    (region,) = result_of(tasks[0])
+    last = region["value"]["sequence"][-1]
+    assert (last["frame"], last["enabled"]) == (126, False)
+    assert region["value"]["framesCount"] == 127
+    assert region["value"]["duration"] == 5.04
+    (seeds,) = read(tmp_path, tasks, times_ns)
+    assert seeds.tracks[0].keyframes[-1] == Keyframe(4, None)
+
+
+def test_labels_up_to_a_late_end_are_not_switched_off(tmp_path):
+    times_ns = [0, 40 * MS, 5000 * MS]
+    track = labelled_track(1, dict.fromkeys(range(3), BOX))
+    (task,) = write(tmp_path, timed(labelled_video(track), times_ns, Fraction(25)))
+    value = result_of(task)[0]["value"]
+    assert [item["enabled"] for item in value["sequence"]] == [True, True]
+    assert value["framesCount"] == value["sequence"][-1]["frame"] == 126
 
 
 def test_the_interface_names_the_labels_and_takes_each_task_s_rate(tmp_path):
@@ -315,7 +342,7 @@ def test_an_export_of_the_editor_becomes_keyframes(tmp_path):
     car = region(item(1), item(11, enabled=False, x=20), item(21), item(31, enabled=False))
     (seeds,) = read(tmp_path, [task(car)])
     moved = BoundingBox(128, 48, 32, 24)
-    assert seeds.name == "clip.mp4"
+    assert (seeds.name, seeds.video_id) == ("clip.mp4", "")
     assert seeds.notes == ()
     assert seeds.tracks == (
         Track(
@@ -450,8 +477,16 @@ def test_the_name_is_that_of_the_file(tmp_path, video, name):
     assert seeds.name == name
 
 
+@pytest.mark.parametrize(("given", "found"), [("day.2", "day.2"), (3, ""), (None, "")])
+def test_the_id_of_the_video_in_the_run_is_no_name_of_a_file(tmp_path, given, found):
+    made = {"data": {"situp_id": given, "video": "clip"}, "predictions": []}
+    (seeds,) = read(tmp_path, made)
+    assert (seeds.name, seeds.video_id) == ("", found)
+
+
 BAD = [
     ("[", "not valid JSON"),
+    ([task(region(item(1), labels=["a\nb"]))], r"\.value\.labels: 'a\\nb' cannot be a label"),
     ("[1]", r"\$\[0\]: 1: "),
     ("[{}]", r"\$\[0\]: data is missing"),
     ('[{"data": {"video": "a.mp4"}, "annotations": 3}]', r"\$\[0\]\.annotations: 3: "),

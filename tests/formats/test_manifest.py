@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from situp_annotate.errors import ManifestError
+from situp_annotate.formats.class_labels import is_label
 from situp_annotate.formats.manifest import (
     Manifest,
     dump_manifest,
@@ -250,6 +251,20 @@ REFUSED = {
     "no label": (tracks(without(SHORT, "label")), "$.videos[0].tracks[0].label", ["missing"]),
     "empty label": (tracks(track(label="")), "$.videos[0].tracks[0].label", ['"" is not allowed']),
     "blank label": (tracks(track(label=" ")), "$.videos[0].tracks[0].label", ["not empty"]),
+    **{
+        f"{kind} in a label": (
+            tracks(track(label=f"a{character}b")),
+            "$.videos[0].tracks[0].label",
+            ["is not allowed", "no control characters, such as line breaks"],
+        )
+        for kind, character in {
+            "carriage return": "\r",
+            "line break": "\n",
+            "tab": "\t",
+            "null": "\0",
+            "next line": "\x85",
+        }.items()
+    },
     "attributes as a list": (
         tracks(track(attributes=[1])),
         "$.videos[0].tracks[0].attributes",
@@ -630,7 +645,7 @@ def _tracks(draw, track_id):
         Keyframe(frame, draw(_boxes if i == 0 else st.none() | _boxes), draw(st.booleans()))
         for i, frame in enumerate(frames)
     ]
-    label = draw(_text.filter(str.strip))
+    label = draw(_text.filter(is_label))
     return Track(
         track_id,
         label,
@@ -689,6 +704,13 @@ def test_the_text_reads_well(tmp_path):
 }
 """
     )
+
+
+@pytest.mark.parametrize("label", ["", " ", "a\rb", "a\ud800"])
+def test_a_label_that_would_be_refused_is_not_written(tmp_path, label):
+    odd = Track(7, label, (Keyframe(0, BoundingBox(1, 2, 3, 4)),))
+    with pytest.raises(ManifestError, match=r"of track 7 is not allowed; label must be text"):
+        dump_manifest([VideoJob("x", tmp_path / "x.mp4", (odd,))], tmp_path)
 
 
 @pytest.mark.parametrize("value", [float("nan"), {1, 2}, Path()])

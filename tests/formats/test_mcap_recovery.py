@@ -1,5 +1,6 @@
 """Whatever becomes of an MCAP file: what is whole of it is rescued, and nothing else is."""
 
+import contextlib
 import io
 import subprocess
 import sys
@@ -221,6 +222,18 @@ def test_nothing_is_overwritten_unasked(tmp_path):
     assert source.read_bytes() == WHOLE
     recover_mcap(source, target, overwrite=True)
     assert len(read(target)) == MESSAGES
+
+
+@pytest.mark.parametrize("name", ["new.mcap.partial", ".new.mcap.partial", ".recovery-1"])
+@pytest.mark.parametrize("content", [WHOLE, WHOLE[:-9], WHOLE[:120]])
+def test_the_source_is_never_touched(tmp_path, name, content):
+    source = tmp_path / name
+    source.write_bytes(content)
+    with contextlib.suppress(SitupError):
+        recover_mcap(source, tmp_path / "new.mcap")
+        assert read(tmp_path / "new.mcap") == expected(range(MESSAGES))
+    assert source.read_bytes() == content
+    assert {path.name for path in tmp_path.iterdir()} <= {name, "new.mcap"}
 
 
 def test_a_place_that_cannot_be_written_is_told_of(tmp_path):

@@ -147,6 +147,15 @@ def test_classes_are_named_by_hints_then_by_the_file_beside_then_by_motchallenge
         read(path, hints)
 
 
+def test_what_cannot_be_a_label_is_refused(tmp_path):
+    path = rows(tmp_path, "1,1,2,3,4,5,1,2,1", name="S/gt/gt.txt")
+    (path.parent / "labels.txt").write_text("ant\nbee\tfly\n")
+    with pytest.raises(SitupError, match=r"gt\.txt: track 1: 'bee\\tfly' cannot be a label"):
+        read(path)
+    with pytest.raises(SitupError, match=r"track 1: ' ' cannot be a label"):
+        read(rows(tmp_path, "1,1,2,3,4,5,1"), import_hints(label=" "))
+
+
 def test_a_class_that_changes_is_noted(tmp_path):
     seeds = read(rows(tmp_path, "1,1,2,3,4,5,1,3,1", "5,1,2,3,4,5,1,1,1"))
     assert seeds.tracks[0].label == "car"

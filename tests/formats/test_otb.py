@@ -36,6 +36,12 @@ def test_pixels_count_from_one_unless_it_is_said(tmp_path):
     assert seeds.tracks[0].keyframes[0].box == BoundingBox(11, 21, 30, 40)
 
 
+def test_a_label_is_one_line(tmp_path):
+    path = truth(tmp_path, "11,21,30,40\n")
+    with pytest.raises(SitupError, match=r"groundtruth_rect\.txt: 'a\\nb' cannot be a label"):
+        read_otb(path, import_hints(label="a\nb"))
+
+
 def test_an_absent_object_is_outside(tmp_path):
     path = truth(
         tmp_path, "NaN,NaN,NaN,NaN\n1,1,2,2\n0,0,0,0\n5,5,-1,5\n1,nan,2,2\n1,1,2,2\n0 0 0 0"

@@ -31,16 +31,22 @@ def import_hints(*, label="object", frame_count=None, **more):
 
 
 def labelled_track(track_id, points, label="car", attributes=None):
-    """Points by frame: a box, or a box and what else differs from a visible, tracked one."""
+    """Points by frame: a box, or a box and what else differs from a visible, tracked one.
+
+    Wherever there are points, and wherever they end, a person has said so.
+    """
     made = {}
     for frame, given in sorted(points.items()):
         box, state, provenance = (given, State.VISIBLE, Provenance.TRACKED)
         if isinstance(given, tuple):
             box, state, provenance = given
         made[frame] = TrackPoint(track_id, box, 0.5, state, provenance)
-    first = next(iter(made), 0)
-    keyframes = (Keyframe(first, made[first].box if made else BoundingBox(0, 0, 1, 1)),)
-    return LabelledTrack(Track(track_id, label, keyframes, attributes or {}), made)
+    begun = [Keyframe(frame, made[frame].box) for frame in made if frame - 1 not in made]
+    ended = [Keyframe(frame + 1, None) for frame in made if frame + 1 not in made]
+    keyframes = sorted([*begun, *ended], key=lambda keyframe: keyframe.frame)
+    nowhere = [Keyframe(0, BoundingBox(0, 0, 1, 1)), Keyframe(1, None)]
+    track = Track(track_id, label, tuple(keyframes or nowhere), attributes or {})
+    return LabelledTrack(track, made)
 
 
 def labelled_video(*tracks, video_id="clip", frame_count=20, rate=Fraction(30000, 1001)):

@@ -4,8 +4,10 @@
 an ``image_id``, a ``track_id`` that is unique in the file, and the track's own id in its video as
 ``instance_id``; boxes are x, y, width, height, 0-based. ``state``, ``provenance`` and ``occluded``
 are added to what COCO knows. Which absences are meant is said as LVIS and TAO say it: an image
-without any box lists all classes of its video as ``neg_category_ids``, and one with labels that are
-left out, since their state is not wanted, lists their classes as ``not_exhaustive_category_ids``.
+lists the class of every object that may be in it without a label as
+``not_exhaustive_category_ids``: where a label is left out, since its state is not wanted, and
+before the first label of a track. An image without any box lists all other classes of its video as
+``neg_category_ids``.
 
 A video goes to disk before the next is read: the lists of the file are written side by side, and
 joined at the end.
@@ -23,6 +25,7 @@ from typing import IO, Any
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.frame_files import frame_stem
 from situp_annotate.formats.labelled import LabelledTrack, LabelledVideo
+from situp_annotate.formats.outside import unsettled_frames
 from situp_annotate.types import State, TrackPoint
 
 __all__ = ["write_coco"]
@@ -62,7 +65,7 @@ class _CocoFile:
     def add(self, video: LabelledVideo) -> None:
         """Add a video, its tracks, frames and labels."""
         classes = {track.track.id: self._category(track.track.label) for track in video.tracks}
-        open_classes = _left_out(video, classes, self._options)
+        open_classes = _open_classes(video, classes, self._options)
         video_id = self._lists["videos"].add(
             {
                 "name": video.id,
@@ -85,10 +88,11 @@ class _CocoFile:
                 "width": video.info.width,
                 "height": video.info.height,
             }
+            unsettled = open_classes.get(frame, set())
+            if unsettled:
+                image["not_exhaustive_category_ids"] = sorted(unsettled)
             if frame not in boxes:
-                image["neg_category_ids"] = sorted(set(classes.values()))
-            if frame in open_classes:
-                image["not_exhaustive_category_ids"] = sorted(open_classes[frame])
+                image["neg_category_ids"] = sorted(set(classes.values()) - unsettled)
             image_ids[frame] = self._lists["images"].add(image)
         for track in video.tracks:
             self._add_track(track, video_id, image_ids)
@@ -118,14 +122,13 @@ class _CocoFile:
         return self._categories[label]
 
 
-def _left_out(
+def _open_classes(
     video: LabelledVideo, classes: Mapping[int, int], options: ExportOptions
 ) -> dict[int, set[int]]:
-    """Classes of labels that are not exported, by frame."""
-    unwanted = set(State).difference(options.states)
+    """Classes of objects that may be in a frame without a label, by frame."""
     found: dict[int, set[int]] = {}
     for track in video.tracks:
-        for frame in track.in_states(unwanted):
+        for frame in unsettled_frames(track, frame_count=video.frame_count, states=options.states):
             found.setdefault(frame, set()).add(classes[track.track.id])
     return found
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from situp_annotate.errors import BoxError, SitupError
+from situp_annotate.formats.class_labels import checked_label
 from situp_annotate.formats.coco.schema import Annotation, Coco, Image, Video
 from situp_annotate.formats.json_files import read_bytes, validate_json
 from situp_annotate.formats.seeds import ImportHints, Seeds
@@ -183,12 +184,13 @@ class _Annotations:
 
     def _label(self, category: int | None, place: str) -> str:
         if category is None:
-            return self._hints.label
+            return checked_label(self._hints.label, place)
         if category not in self._names:
             raise SitupError(
                 f"{place}.category_id: no category has the id {category}; add it to categories."
             )
-        return self._names[category] if self._names[category].strip() else self._hints.label
+        name = self._names[category]
+        return checked_label(name if name.strip() else self._hints.label, place)
 
     def _put(
         self, track: _Found, frame: int, bbox: list[float], annotation: Annotation, place: str

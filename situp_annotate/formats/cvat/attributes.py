@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
-__all__ = ["changes", "from_texts", "text_at"]
+__all__ = ["change_frames", "changes", "from_texts", "text_at"]
 
 
 def from_texts(texts: Mapping[int, str]) -> str | list[list[int | str]]:
@@ -33,6 +33,12 @@ def changes(value: Any) -> bool:  # noqa: ANN401
             case _:
                 return False
     return True
+
+
+def change_frames(attributes: Mapping[str, Any]) -> set[int]:
+    """Frames from which on the text of one of a track's attributes is another."""
+    lists = (value for value in attributes.values() if changes(value))
+    return {frame for pairs in lists for frame, _ in pairs[1:]}
 
 
 def text_at(value: Any, frame: int) -> str:  # noqa: ANN401

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element, ElementTree, SubElement, indent
 
-from situp_annotate.formats.cvat.attributes import changes, text_at
+from situp_annotate.formats.cvat.attributes import change_frames, changes, text_at
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.keyframed import keyframes_of
 from situp_annotate.formats.labelled import LabelledVideo
@@ -124,6 +124,7 @@ def _annotations(video: LabelledVideo, options: ExportOptions) -> Element:
             iou=options.iou,
             states=options.states,
             decimals=_DECIMALS,
+            keep=change_frames(labelled.track.attributes),
         )
         for labelled in video.tracks
     }

@@ -13,6 +13,7 @@ from typing import TypeVar
 from xml.etree.ElementTree import Element
 
 from situp_annotate.errors import BoxError, SitupError
+from situp_annotate.formats.class_labels import checked_label
 from situp_annotate.formats.cvat.attributes import from_texts
 from situp_annotate.formats.cvat.xml import children_of_annotations
 from situp_annotate.formats.seeds import ImportHints, Seeds
@@ -162,11 +163,10 @@ def _attributes(
 
 def _track(element: Element, origin: int, path: Path) -> _CvatTrack:
     track_id = _whole(element, "id", f"{path}: a track")
-    label = _value(element, "label", str, "a label", f"{path}: track {track_id}")
+    unnamed = f"{path}: track {track_id}"
+    label = checked_label(_value(element, "label", str, "a label", unnamed), unnamed)
     who = f'track {track_id} ("{label}")'
     place = f"{path}: {who}"
-    if not label.strip():
-        raise SitupError(f"{place}: the label is empty; give what the object is.")
     keys = [box for box in element.findall("box") if _flag(box, "keyframe", place)]
     boxes = sorted(((_whole(box, "frame", place), box) for box in keys), key=lambda entry: entry[0])
     keyframes = _keyframes(boxes, origin, place)

@@ -4,8 +4,8 @@
 keyframes in percent of the picture, between which the editor interpolates; ``enabled: false``
 where labels end; ``occluded`` in addition, which the editor carries along. A task's data says
 where the video is (``/data/local-files/?d=NAME``, Label Studio's own address for files of a folder
-that it serves) and at how many frames a second the editor has to count; ``label_config.xml`` takes
-the frame rate of each task from there.
+that it serves), at how many frames a second the editor has to count, and as ``situp_id`` which
+video of the run it is; ``label_config.xml`` takes the frame rate of each task from there.
 
 Label Studio takes no box that is wider or higher than the picture, so such a box is clipped, and
 none that lies wholly outside, so such a box is left out.
@@ -24,7 +24,8 @@ from xml.sax.saxutils import quoteattr
 from situp_annotate.formats.clipping import clipped
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.keyframed import keyframes_of
-from situp_annotate.formats.label_studio.frames import clock_rate, on_clock
+from situp_annotate.formats.label_studio import ID_KEY
+from situp_annotate.formats.label_studio.frames import clock_rate, on_clock, tick_count
 from situp_annotate.formats.labelled import LabelledTrack, LabelledVideo
 from situp_annotate.types import Keyframe, TrackPoint, VideoInfo
 
@@ -99,8 +100,8 @@ def _region(
     track: LabelledTrack, video: LabelledVideo, rate: Fraction, options: ExportOptions
 ) -> dict[str, Any] | None:
     """The region of a track; None if there is nothing to show of it."""
-    duration = Fraction(video.frame_count) / video.info.frame_rate
-    frames = max(1, round(duration * rate))
+    frames = tick_count(video, rate)
+    duration = max(video.frame_count / video.info.frame_rate, (frames - 1) / rate)
     points = on_clock(_drawable_track(track, video.info), video.times_ns, rate)
     keyframes = keyframes_of(
         LabelledTrack(track.track, points),
@@ -138,6 +139,7 @@ def _task(video: LabelledVideo, options: ExportOptions) -> dict[str, Any]:
         "data": {
             "video": f"/data/local-files/?d={quote(video.info.path.name)}",
             "fps": float(rate),
+            ID_KEY: video.id,
         },
         "predictions": [
             {

@@ -21,7 +21,7 @@ from math import ceil
 from situp_annotate.formats.labelled import LabelledTrack, LabelledVideo
 from situp_annotate.types import NS_PER_S, Provenance, TrackPoint
 
-__all__ = ["clock_rate", "on_clock", "picture_at", "tick_of"]
+__all__ = ["clock_rate", "on_clock", "picture_at", "tick_count", "tick_of"]
 
 _SHOWN_AFTER_NS = 2_001_000  # the odd microsecond: times in milliseconds are not on the border
 _LOWEST_RATE = Fraction(1)  # the editor takes less for a duration
@@ -67,6 +67,21 @@ def clock_rate(video: LabelledVideo) -> Fraction:
         shortest = min(Fraction(b[1] - a[1], b[0] - a[0]) for a, b in pairwise(times))
         rate = min(NS_PER_S / shortest, _HIGHEST_RATE) if shortest > 0 else _HIGHEST_RATE
     return _as_float(rate)
+
+
+def tick_count(video: LabelledVideo, rate: Fraction) -> int:
+    """How many frames the editor has to count, by a clock of this rate.
+
+    These are all of the video's, as far as is known: as many as its mean frame rate gives, and as
+    the times of labels do; with one more for the pictures that come after the last of them, if
+    there are any.
+    """
+    count = max(1, round(video.frame_count / video.info.frame_rate * rate))
+    if not video.times_ns:
+        return count
+    last = max(video.times_ns)
+    is_followed = last + 1 < video.frame_count
+    return max(count, tick_of(video.times_ns[last], rate) + is_followed)
 
 
 def on_clock(

@@ -4,7 +4,7 @@ Of a task with several annotations, the one changed last counts; predictions cou
 no annotation. The editor shows a region from its first item on, and where an item says
 ``enabled: false``, up to that frame, this one included, until the next item; so the object is
 outside from the picture after it. Frames are found by the clock that the editor counts by
-(`label_studio_frames`): its rate is what the items' frames and times say.
+(`label_studio.frames`): its rate is what the items' frames and times say.
 """
 
 import re
@@ -19,7 +19,9 @@ from urllib.parse import parse_qs, unquote, urlsplit
 from pydantic import BaseModel, ConfigDict, Field
 
 from situp_annotate.errors import BoxError, SitupError
+from situp_annotate.formats.class_labels import checked_label
 from situp_annotate.formats.json_files import read_bytes, validate_json
+from situp_annotate.formats.label_studio import ID_KEY
 from situp_annotate.formats.label_studio.frames import picture_at
 from situp_annotate.formats.seeds import ImportHints, Seeds
 from situp_annotate.formats.track_ids import free_track_ids
@@ -102,7 +104,8 @@ def _file_name(address: str) -> str:
 
 
 def _video_name(data: dict[str, Any]) -> str:
-    texts = [value for value in (data.get("video"), *data.values()) if isinstance(value, str)]
+    others = (value for key, value in data.items() if key != ID_KEY)
+    texts = [value for value in (data.get("video"), *others) if isinstance(value, str)]
     names = map(_file_name, texts)
     return next((name for name in names if PurePosixPath(name).suffix), "")
 
@@ -212,7 +215,8 @@ def _chosen(task: _Task) -> tuple[str, list[_Region], list[str]]:
 
 
 def _seeds(task: _Task, place: str, hints: ImportHints) -> Seeds:
-    name = _video_name(task.data)
+    name, video_id = _video_name(task.data), task.data.get(ID_KEY)
+    video_id = video_id if isinstance(video_id, str) else ""
     within, results, notes = _chosen(task)
     regions = [
         (region, f"{place}{within}.result[{number}].value")
@@ -220,7 +224,7 @@ def _seeds(task: _Task, place: str, hints: ImportHints) -> Seeds:
         if region.type == "videorectangle" and region.value.sequence
     ]
     if not regions:
-        return Seeds(name, (), tuple(notes))
+        return Seeds(name, (), tuple(notes), video_id)
     values = [region.value for region, _ in regions]
     items = [item for value in values for item in value.sequence]
     first = min(1, *(item.frame for item in items))
@@ -232,10 +236,11 @@ def _seeds(task: _Task, place: str, hints: ImportHints) -> Seeds:
         notes.append(f"{turned} turned boxes are replaced by upright ones around them.")
     ids = free_track_ids([_wanted_id(region) for region, _ in regions])
     tracks = [
-        _track(region, number, _keyframes(region.value.sequence, video, where), hints)
+        _track(region, number, _keyframes(region.value.sequence, video, where), hints, where)
         for (region, where), number in zip(regions, ids, strict=True)
     ]
-    return Seeds(name, tuple(sorted(tracks, key=lambda track: track.id)), tuple(notes))
+    tracks.sort(key=lambda track: track.id)
+    return Seeds(name, tuple(tracks), tuple(notes), video_id)
 
 
 def _wanted_id(region: _Region) -> int | None:
@@ -244,9 +249,14 @@ def _wanted_id(region: _Region) -> int | None:
 
 
 def _track(
-    region: _Region, track_id: int, keyframes: tuple[Keyframe, ...], hints: ImportHints
+    region: _Region,
+    track_id: int,
+    keyframes: tuple[Keyframe, ...],
+    hints: ImportHints,
+    place: str,
 ) -> Track:
-    label = next((text for text in region.value.labels if text.strip()), hints.label)
+    named = next((text for text in region.value.labels if text.strip()), hints.label)
+    label = checked_label(named, f"{place}.labels")
     attributes = (region.meta or {}).get("attributes")
     return Track(track_id, label, keyframes, attributes if isinstance(attributes, dict) else {})
 

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from situp_annotate.errors import ManifestError
+from situp_annotate.formats.class_labels import is_label
 from situp_annotate.formats.manifest.ids import default_id
 from situp_annotate.formats.manifest.problems import find_problems
 from situp_annotate.formats.manifest.schema import (
@@ -30,7 +31,7 @@ from situp_annotate.formats.manifest.schema import (
     ManifestEntry,
     TrackEntry,
 )
-from situp_annotate.formats.manifest.wording import Json, show_place
+from situp_annotate.formats.manifest.wording import RULES, Json, show_place, show_value
 from situp_annotate.types import BoundingBox, Keyframe, Track, VideoJob
 
 __all__ = ["Manifest", "dump_manifest", "load_manifest"]
@@ -181,6 +182,11 @@ def _keyframe_document(keyframe: Keyframe) -> dict[str, Any]:
 
 
 def _track_document(track: Track) -> dict[str, Any]:
+    if not is_label(track.label):
+        raise ManifestError(
+            f"{show_value(track.label)} of track {track.id} is not allowed; "
+            f"{RULES['tracks[].label']}."
+        )
     document: dict[str, Any] = {"id": track.id, "label": track.label}
     if track.attributes:
         document["attributes"] = track.attributes
@@ -242,7 +248,7 @@ def dump_manifest(
     Raises
     ------
     ManifestError
-        If the attributes of a track hold what JSON cannot say.
+        If a track's label is none, or its attributes hold what JSON cannot say.
     """
     videos = []
     for job in jobs:

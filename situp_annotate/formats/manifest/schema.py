@@ -21,6 +21,7 @@ from pydantic import (
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
+from situp_annotate.formats.class_labels import is_label
 from situp_annotate.formats.manifest.ids import MAX_ID_CHARACTERS, is_safe_id
 from situp_annotate.types import Extend, Method
 
@@ -73,8 +74,8 @@ def _safe_id(value: str) -> str:
     return value
 
 
-def _visible(value: str) -> str:
-    if not value.strip():
+def _label(value: str) -> str:
+    if not is_label(value):
         raise ValueError
     return value
 
@@ -189,8 +190,11 @@ class TrackEntry(_Entry):
         description="Number of the object, unique in the video.",
         examples=[1],
     )
-    label: Annotated[str, AfterValidator(_visible)] = Field(
-        min_length=1, description="Class of the object.", examples=["person", "car"]
+    label: Annotated[str, AfterValidator(_label)] = Field(
+        min_length=1,
+        description="Class of the object.",
+        examples=["person", "car"],
+        json_schema_extra={"pattern": r"^[^\u0000-\u001f\u007f-\u009f]*$"},
     )
     attributes: dict[str, Any] = Field(
         default_factory=dict,

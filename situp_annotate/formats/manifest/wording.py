@@ -41,7 +41,9 @@ RULES = {
     "info.frames": "frames must be a whole number of 0 or more",
     "tracks[]": "a track must be an object with id, label, and keyframes or frame and box",
     "tracks[].id": "id must be a whole number from 1 to 2147483647",
-    "tracks[].label": "label must be text that is not empty",
+    "tracks[].label": (
+        "label must be text that is not empty and has no control characters, such as line breaks"
+    ),
     "tracks[].attributes": "attributes must be an object",
     "tracks[].method": f"method must be one of {', '.join(Method)}",
     "tracks[].extend": f"extend must be one of {', '.join(Extend)}",

@@ -4,6 +4,7 @@ from collections import ChainMap, Counter
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import BinaryIO
 
 from mcap.opcode import Opcode
@@ -19,6 +20,7 @@ from situp_annotate.formats.mcap.records import (
     file_records,
     parse_record,
 )
+from situp_annotate.formats.staging import refuse_existing
 
 __all__ = ["Recovery", "recover_mcap"]
 
@@ -199,24 +201,27 @@ def recover_mcap(source: Path, target: Path, *, overwrite: bool = False) -> Reco
             )
         _refuse(source, target, overwrite=overwrite)
         try:
-            return _rescue(file, target)
+            return _rescue_beside(file, target)
         except OSError as error:
             raise OutputError(f"{target}: cannot write here: {error.strerror or error}.") from error
 
 
 def _refuse(source: Path, target: Path, *, overwrite: bool) -> None:
-    if not target.exists():
-        return
-    if target.samefile(source):
+    if target.exists() and target.samefile(source):
         raise OutputError(
             f"{target}: this is the file to be rescued, which would be lost; choose another with "
             "--output."
         )
-    if not overwrite:
-        raise OutputError(
-            f"{target}: there is a file already; choose another with --output, or give "
-            "--overwrite to lose it."
-        )
+    refuse_existing([target], overwrite=overwrite)
+
+
+def _rescue_beside(file: BinaryIO, target: Path) -> Recovery:
+    # In a folder that was not there: TARGET.partial may be the very file to be rescued.
+    with TemporaryDirectory(prefix=".recovery-", dir=target.parent) as folder:
+        whole = Path(folder) / target.name
+        recovery = _rescue(file, whole)
+        whole.replace(target)
+    return recovery
 
 
 def _rescue(file: BinaryIO, target: Path) -> Recovery:

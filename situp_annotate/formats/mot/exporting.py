@@ -5,13 +5,12 @@ The class of a box is the number of the line that has its label in ``labels.txt`
 """
 
 import zipfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from situp_annotate.formats.export_options import ExportOptions
-from situp_annotate.formats.labelled import LabelledTrack, LabelledVideo
+from situp_annotate.formats.labelled import LabelledVideo
 from situp_annotate.formats.mot.rows import result_row, truth_row
-from situp_annotate.types import TrackPoint
 
 __all__ = ["write_cvat_mot", "write_mot", "write_mot_truth"]
 
@@ -19,25 +18,11 @@ _BEGINNING_OF_TIME = (1980, 1, 1, 0, 0, 0)
 """Of zip archives; so that the same labels give the same bytes whenever they are written."""
 
 
-def _sorted_points(
-    video: LabelledVideo, options: ExportOptions
-) -> Iterator[tuple[int, LabelledTrack, TrackPoint]]:
-    """Give frame, track and point of each label, by frame, then track id."""
-    points = [
-        (frame, track.track.id, track, point)
-        for track in video.tracks
-        for frame, point in track.in_states(options.states).items()
-    ]
-    points.sort(key=lambda entry: entry[:2])
-    for frame, _, track, point in points:
-        yield frame, track, point
-
-
 def write_mot(videos: Iterable[LabelledVideo], folder: Path, options: ExportOptions) -> None:
     """Write ``<id>.txt`` for each video: a result as TrackEval scores it."""
     for video in videos:
         with (folder / f"{video.id}.txt").open("w", encoding="utf-8", newline="\n") as file:
-            for frame, _, point in _sorted_points(video, options):
+            for frame, _, point in video.in_states(options.states):
                 file.write(result_row(frame, point))
 
 
@@ -50,7 +35,7 @@ def _count_labels(numbers: dict[str, int], video: LabelledVideo) -> None:
 def _truth(video: LabelledVideo, numbers: Mapping[str, int], options: ExportOptions) -> str:
     return "".join(
         truth_row(frame, point, numbers[track.track.label])
-        for frame, track, point in _sorted_points(video, options)
+        for frame, track, point in video.in_states(options.states)
     )
 
 

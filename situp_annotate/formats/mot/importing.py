@@ -15,6 +15,7 @@ from itertools import count, pairwise
 from pathlib import Path
 
 from situp_annotate.errors import SitupError
+from situp_annotate.formats.class_labels import checked_label
 from situp_annotate.formats.mot.rows import NO_TRACK, MotRow, parse_mot
 from situp_annotate.formats.seeds import ImportHints, Seeds
 from situp_annotate.formats.zipped import Readable, opened, read_text, zipped_names
@@ -160,16 +161,16 @@ def _keyframes(rows: Sequence[MotRow], frame_count: int | None) -> Iterator[Keyf
 
 
 def _label(row: MotRow, sequence: _Sequence, hints: ImportHints, path: Path) -> str:
-    number = row.class_number
+    number, place = row.class_number, f"{path}: track {row.track_id}"
     if number is None or number < 1:
-        return hints.label
+        return checked_label(hints.label, place)
     if number not in sequence.labels:
         raise SitupError(
-            f"{path}: track {row.track_id}: class {number} has no name; known are "
+            f"{place}: class {number} has no name; known are "
             f"{', '.join(map(str, sorted(sequence.labels)))}; give the names of all classes with "
             f"--labels, or as a labels.txt beside the file, one a line from class 1 on."
         )
-    return sequence.labels[number]
+    return checked_label(sequence.labels[number], place)
 
 
 def read_mot_seeds(path: Path, hints: ImportHints) -> list[Seeds]:
