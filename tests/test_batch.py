@@ -229,6 +229,7 @@ def test_interrupt_keeps_what_is_complete_and_leaves_no_process(tmp_path):
             if (output / "short").exists() and (output / ".long.partial").exists():
                 break
             time.sleep(0.1)
+        time.sleep(1)  # the parent hears of a complete video a little later
         os.killpg(process.pid, signal.SIGINT)
         _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130, stderr

@@ -144,7 +144,9 @@ def test_no_damage_brings_in_what_was_not_there(bits):
             assert not target.exists()
         else:
             found = read(target)
-            assert found == expected(sorted({sequence for _, _, sequence, _ in found}))
+            there = expected(sorted({sequence for _, _, sequence, _ in found}))
+            # Nothing in an MCAP guards the name of a topic.
+            assert [message[1:] for message in found] == [message[1:] for message in there]
             assert recovery.messages.total() == len(found)
 
 
