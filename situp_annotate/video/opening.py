@@ -50,12 +50,22 @@ def _describe_folder(path: Path, decoder: ImageFolderDecoder) -> VideoInfo:
     )
 
 
+def _can_be_named(path: Path) -> bool:
+    """Whether a path is UTF-8 text: OpenCV crashes at others."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def _start_decoder(path: Path, probe: Probe) -> Decoder:
     """Return the first decoder that gets a picture, standing at that picture."""
-    opencv = OpenCvDecoder(path, coded_pictures=probe.coded_pictures, grey=probe.grey)
-    if opencv.advance():
-        return opencv
-    opencv.close()
+    if _can_be_named(path):
+        opencv = OpenCvDecoder(path, coded_pictures=probe.coded_pictures, grey=probe.grey)
+        if opencv.advance():
+            return opencv
+        opencv.close()
     pyav = PyAvDecoder(path, grey=probe.grey)
     if pyav.advance():
         return pyav

@@ -211,7 +211,8 @@ def _frame_rate(stream: VideoStream, times: PacketTimes) -> Fraction:
     # Times in whole milliseconds make 29.9966 of 30000/1001.
     if from_header is not None and abs(measured / from_header - 1) < Fraction(1, 500):
         return from_header
-    return measured.limit_denominator(_MAX_DENOMINATOR)
+    # Damaged times may be years apart.
+    return measured.limit_denominator(_MAX_DENOMINATOR) or from_header or _DEFAULT_RATE
 
 
 def _promised_end_ns(container: InputContainer, stream: VideoStream) -> int | None:

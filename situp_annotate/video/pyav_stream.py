@@ -2,10 +2,12 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TypeVar
 
 import av
 import cv2
 import numpy as np
+from av.audio.stream import AudioStream
 from av.container import InputContainer
 from av.packet import Packet
 from av.stream import Disposition
@@ -24,6 +26,8 @@ __all__ = [
     "upright_image",
     "video_stream",
 ]
+
+_Stream = TypeVar("_Stream", AudioStream, VideoStream)
 
 # Formats by which FFmpeg takes text files, lists of other files and single pictures for videos.
 _NO_VIDEO_FORMATS = frozenset({"concat", "dash", "hls", "image2", "sdp", "tty"})
@@ -93,12 +97,12 @@ def video_stream(container: InputContainer, path: Path) -> VideoStream:
     return stream
 
 
-def read_packets(container: InputContainer, stream: VideoStream) -> Iterator["Packet[VideoStream]"]:
+def read_packets(container: InputContainer, stream: _Stream) -> Iterator["Packet[_Stream]"]:
     """Demux one stream from where the file stands, to its end or to where it was cut off.
 
     The last packet is empty: given to a decoder, it brings out the pictures still in there.
     """
-    packets: Iterator[Packet[VideoStream]] | None = None
+    packets: Iterator[Packet[_Stream]] | None = None
     while True:
         try:
             packets = packets or container.demux(stream)

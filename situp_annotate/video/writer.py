@@ -19,6 +19,9 @@ __all__ = ["H264Writer"]
 _SECONDS_BETWEEN_KEYFRAMES = 2
 """So that a browser that jumps somewhere has little to decode."""
 
+_RATES = (Fraction(1, 20_000), Fraction(TICKS_PER_SECOND))
+"""Pictures a second: an mp4 has 31 bits for the ticks that one stands, and it is one at least."""
+
 
 class H264Writer:
     """Writes an mp4 that plays in browsers: H.264, yuv420p, index in front (faststart).
@@ -60,23 +63,25 @@ class H264Writer:
         sound: Path | None = None,
         background: bool = False,
     ) -> None:
+        lowest, highest = _RATES
+        rate = min(max(frame_rate, lowest), highest)
         self._path = path
         self._container = av.open(
             str(path), "w", format="mp4", container_options={"movflags": "+faststart"}
         )
         self._stream = self._container.add_stream(
             "libx264",
-            rate=frame_rate.limit_denominator(100_000),
+            rate=rate.limit_denominator(100_000),
             # "ultrafast" alone does without deblocking, and smooth areas fall into squares. With
             # B-frames and a variable frame rate the file would end before its last pictures.
             options={"crf": str(crf), "preset": preset, "bf": "0", "x264-params": "deblock=0,0"},
         )
         context = self._stream.codec_context
         set_up_encoder(context, width=width, height=height)
-        context.gop_size = max(round(_SECONDS_BETWEEN_KEYFRAMES * frame_rate), 1)
+        context.gop_size = max(round(_SECONDS_BETWEEN_KEYFRAMES * rate), 1)
         context.sample_aspect_ratio = pixel_aspect_ratio
         self._last_tick = -1
-        self._usual_ticks = max(round(TICKS_PER_SECOND / frame_rate), 1)
+        self._usual_ticks = max(round(TICKS_PER_SECOND / rate), 1)
         self._sound = SoundTrack(sound, self._container) if sound is not None else None
         self._background = Background(self._write) if background else None
 

@@ -35,6 +35,7 @@ __all__ = [
     "write_size_change",
     "write_still_end",
     "write_trimmed_end",
+    "write_unknown_sound",
     "write_video",
 ]
 
@@ -177,6 +178,15 @@ def write_audio_only(path: Path, seconds: float = 1.0) -> Path:
     """Write a file with sound and no picture."""
     with av.open(str(path), "w") as container:
         _write_silence(container, container.add_stream("aac", rate=8000), seconds)
+    return path
+
+
+def write_unknown_sound(path: Path) -> Path:
+    """Write an AVI of 60 index pictures with sound in a format that nobody knows."""
+    content = bytearray(write_video(path, audio_seconds=2).read_bytes())
+    tag = content.index(b"strf", content.index(b"auds")) + 8
+    content[tag : tag + 2] = b"\x34\x12"
+    path.write_bytes(content)
     return path
 
 

@@ -176,6 +176,14 @@ def test_pixel_aspect_ratio_is_that_of_the_upright_picture(tmp_path: Path) -> No
         assert source.info.pixel_aspect_ratio == 1 / ratio
 
 
+def test_pictures_that_are_days_apart_have_a_frame_rate(tmp_path: Path) -> None:
+    times = [0, 200_000, 400_000]
+    path = write_video(tmp_path / "v.mkv", count=3, pts=times, time_base=Fraction(1))
+    with open_video(path, incomplete="keep") as source:
+        assert source.info.frame_rate > 0
+        assert len(list(source)) == 3
+
+
 def test_frame_rate_of_a_variable_rate_is_the_average(media: Media) -> None:
     source, frames = read_all(media("vfr.mp4"))
     average = (len(frames) - 1) / (frames[-1].pts_ns * 1e-9)

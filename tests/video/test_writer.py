@@ -35,6 +35,15 @@ def test_pictures_and_uneven_times_come_back(tmp_path):
         assert float(frame.pts * frame.time_base) == pytest.approx(time / 1e9, abs=1 / 90_000)
 
 
+def test_the_hint_may_be_odd(tmp_path):
+    for rate in (Fraction(1, 65_535), Fraction(10**6)):
+        images, times = [draw_index(0)] * 3, [0, 40_000_000, 80_000_000]
+        with H264Writer(tmp_path / "v.mp4", width=64, height=48, frame_rate=rate) as writer:
+            for image, time in zip(images, times, strict=True):
+                writer.write(image, time)
+        assert len(decode(tmp_path / "v.mp4")) == 3
+
+
 def test_times_within_one_tick_stay_in_order(tmp_path):
     times = [0, 1000, 2000, 40_000_000]
     frames = decode(write(tmp_path / "v.mp4", [draw_index(0)] * 4, times))
