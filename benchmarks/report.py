@@ -35,7 +35,7 @@ from situp_annotate.propagation import (
     suggest,
 )
 from situp_annotate.report import ReportSink, TrackRow, VideoRow, index_html, profile
-from situp_annotate.report.strips import Samples, samples_of
+from situp_annotate.report.strips import Samples, figures_of, samples_of
 from situp_annotate.types import (
     BoundingBox,
     Frame,
@@ -149,17 +149,18 @@ def track_row(
 ) -> TrackRow:
     """Row of a track in the index."""
     with_box = np.flatnonzero(samples.states)
+    figures = figures_of(samples)
     return TrackRow(
         id=track.id,
         label=track.label,
         first_frame=int(with_box[0]) if with_box.size else None,
         last_frame=int(with_box[-1]) if with_box.size else None,
-        boxes=samples.boxes,
-        drawn=int(samples.drawn.sum()),
-        tracked=int(samples.tracked.sum()),
-        occluded=samples.frames_in(State.OCCLUDED),
-        lost=samples.frames_in(State.LOST),
-        mean_confidence=samples.mean_confidence,
+        boxes=figures.boxes,
+        drawn=figures.drawn,
+        tracked=figures.tracked,
+        occluded=figures.in_state[State.OCCLUDED],
+        lost=figures.in_state[State.LOST],
+        mean_confidence=figures.mean_confidence,
         suggestions=suggestions,
         gain=gain,
         profile=profile_,

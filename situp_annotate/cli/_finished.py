@@ -1,6 +1,6 @@
 """What the commands that look at a finished run share."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -21,6 +21,7 @@ __all__ = [
     "frame_bar",
     "overlay_options",
     "refuse_existing",
+    "refuse_sources",
     "run_argument",
     "videos_option",
 ]
@@ -89,6 +90,23 @@ def chosen_folders(out: Path, video_ids: Sequence[str]) -> list[Path]:
     return chosen
 
 
+def refuse_sources(places: Iterable[Path], out: Path) -> None:
+    """Stop before a video that a run has annotated would be replaced, whatever was asked for."""
+    from situp_annotate.results import read_job, run_folders
+
+    present = {place.resolve(): place for place in places if place.exists()}
+    for folder in run_folders(out) if present else ():
+        try:
+            source = read_job(folder).path.resolve()
+        except SitupError:
+            continue  # which is told of when it is drawn
+        if source in present:
+            raise OutputError(
+                f"{present[source]}: this is a video that the run has annotated; choose another "
+                "place with --output."
+            )
+
+
 @contextmanager
 def frame_bar(video: "LabelledVideo") -> "Iterator[Callable[[], None]]":
     """A progress bar over the frames of a video, on stderr; silent when that is no terminal."""
@@ -135,9 +153,9 @@ def draw_each(
             with frame_bar(video) as step:
                 draw(video, step)
             drawn += 1
-        except OutputError:
-            raise
         except SitupError as error:
+            if isinstance(error, OutputError) and isinstance(error.__cause__, OSError):
+                raise  # the disk refuses, whatever the video
             click.echo(f"{folder.name} is left out: {error}", err=True)
     elapsed_s = time.perf_counter() - started
     click.echo(

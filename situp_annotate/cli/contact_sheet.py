@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["contact_sheet"]
 
+_SHEETS = frozenset({"track-*.png"})
+
 
 @click.command("contact-sheet", short_help="Show each track of a run on one picture.")
 @run_argument
@@ -58,16 +60,18 @@ def contact_sheet(
     """
     from situp_annotate.batch import core_count
     from situp_annotate.finished.contact_sheets import write_contact_sheets
-    from situp_annotate.formats.staging import staged_entries
+    from situp_annotate.formats.staging import refuse_foreign, staged_folder
 
     folders = chosen_folders(out, video_ids)
-    refuse_existing((output / each.name for each in folders), overwrite=overwrite)
+    places = [output / each.name for each in folders]
+    refuse_existing(places, overwrite=overwrite)
+    for place in places:
+        if place.is_dir():
+            refuse_foreign(place, _SHEETS)
     threads = core_count()
 
     def draw(video: "LabelledVideo", on_frame: "Callable[[], None]") -> None:
-        with staged_entries(output, overwrite=True) as staging:
-            folder = staging / video.id
-            folder.mkdir()
+        with staged_folder(output / video.id, replaceable=_SHEETS) as folder:
             write_contact_sheets(video, folder, steps=steps, threads=threads, on_frame=on_frame)
 
     draw_each(folders, draw, made="contact sheets", output=output)

@@ -11,6 +11,7 @@ from situp_annotate.cli._finished import (
     frame_bar,
     overlay_options,
     refuse_existing,
+    refuse_sources,
     run_argument,
 )
 from situp_annotate.errors import OutputError
@@ -110,6 +111,7 @@ def excerpt(
     options = overlay_options(recipe, settings)
     folder = _only_video(out, video_id)
     refuse_existing([output], overwrite=overwrite)
+    refuse_sources([output], out)
     video = read_video(folder)
     with frame_bar(video) as step:
         content = make_excerpt(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from situp_annotate.cli._finished import chosen_folders, run_argument, videos_option
+from situp_annotate.errors import OutputError
 
 if TYPE_CHECKING:
     from situp_annotate.formats.labelled import LabelledVideo
@@ -93,6 +94,7 @@ def export(
     from situp_annotate.formats.export_options import ExportOptions
     from situp_annotate.formats.exporting import EXPORTERS
     from situp_annotate.formats.staging import staged_entries
+    from situp_annotate.results import run_folders
     from situp_annotate.types import State
 
     states = (State.VISIBLE, State.OCCLUDED, *([State.LOST] if lost else []))
@@ -100,6 +102,8 @@ def export(
     folders = chosen_folders(out, video_ids)
     for name in dict.fromkeys(names):
         place = output / name
+        if place.resolve() in {each.resolve() for each in run_folders(out)}:
+            raise OutputError(f"{place}: this is a folder of the run; choose another --output.")
         with staged_entries(place, overwrite=overwrite) as staging:
             EXPORTERS[name](_read_all(folders, name), staging, options)
         click.echo(f"{name}: {len(folders)} videos in {place}")

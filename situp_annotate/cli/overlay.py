@@ -11,6 +11,7 @@ from situp_annotate.cli._finished import (
     drawing_options,
     overlay_options,
     refuse_existing,
+    refuse_sources,
     run_argument,
     videos_option,
 )
@@ -78,7 +79,9 @@ def overlay(
 
     options = overlay_options(recipe, settings)
     folders = chosen_folders(out, video_ids)
-    refuse_existing((output / f"{each.name}.mp4" for each in folders), overwrite=overwrite)
+    places = [output / f"{each.name}.mp4" for each in folders]
+    refuse_existing(places, overwrite=overwrite)
+    refuse_sources(places, out)
     threads = core_count()
 
     def draw(video: "LabelledVideo", on_frame: "Callable[[], None]") -> None:

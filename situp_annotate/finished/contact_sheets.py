@@ -48,10 +48,14 @@ def write_contact_sheets(
     }
     with closing(labelled_frames(video, threads=threads)) as frames:
         for frame, _ in frames:
-            for sheet in sheets.values():
+            for track_id, sheet in [*sheets.items()]:
                 if frame.index in sheet.frames:
                     sheet.add(frame)
+                    if frame.index == max(sheet.frames):
+                        _save(sheets.pop(track_id), folder / f"track-{track_id}.png")
             on_frame()
-    for track_id, sheet in sheets.items():
-        picture = Pillow.fromarray(sheet.image()[..., ::-1])  # Pillow counts red, green, blue
-        picture.save(folder / f"track-{track_id}.png", optimize=True)
+
+
+def _save(sheet: ContactSheet, path: Path) -> None:
+    picture = Pillow.fromarray(sheet.image()[..., ::-1])  # Pillow counts red, green, blue
+    picture.save(path, optimize=True)

@@ -4,6 +4,7 @@ import os
 import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 from situp_annotate.errors import OutputError
@@ -11,6 +12,7 @@ from situp_annotate.errors import OutputError
 __all__ = [
     "discard_staging",
     "refuse_existing",
+    "refuse_foreign",
     "staged_entries",
     "staged_folder",
     "write_whole",
@@ -34,13 +36,15 @@ def refuse_existing(places: Iterable[Path], *, overwrite: bool) -> None:
         )
 
 
-def _staging(target: Path) -> Path:
-    return target.with_name(f".{target.name}.partial")
+def _beside(target: Path, suffix: str) -> Path:
+    """A hidden place beside a target, even one that is given as ``.``."""
+    whole = target.absolute()
+    return whole.parent / f".{whole.name}.{suffix}"
 
 
 def discard_staging(target: Path) -> None:
     """Remove what an interrupted :func:`staged_folder` of this target left behind."""
-    shutil.rmtree(_staging(target), ignore_errors=True)
+    shutil.rmtree(_beside(target, "partial"), ignore_errors=True)
 
 
 def _sync(path: Path) -> None:
@@ -51,14 +55,20 @@ def _sync(path: Path) -> None:
         os.close(descriptor)
 
 
-def _refuse_foreign(target: Path, replaceable: frozenset[str]) -> None:
-    """Replacing a folder must not take along what somebody else put there."""
-    foreign = sorted(path.name for path in target.iterdir() if path.name not in replaceable)
-    if foreign:
-        raise OutputError(
-            f"{target}: this folder holds {foreign[0]!r}, which is not an output of this tool; "
-            f"move it away, or choose another output folder."
-        )
+def refuse_foreign(target: Path, replaceable: frozenset[str]) -> None:
+    """Stop before replacing a folder would take along what somebody else put there.
+
+    Raises
+    ------
+    OutputError
+        If the folder holds anything but `replaceable`, as of `staged_folder`.
+    """
+    for name in sorted(path.name for path in target.iterdir()):
+        if not any(fnmatchcase(name, each) for each in replaceable):
+            raise OutputError(
+                f"{target}: this folder holds {name!r}, which is not to be replaced; move it "
+                f"away, or choose another output folder."
+            )
 
 
 @contextmanager
@@ -70,8 +80,8 @@ def staged_folder(target: Path, *, replaceable: frozenset[str] | None) -> Iterat
     target : Path
         The folder to make.
     replaceable : frozenset of str or None
-        None when the folder must not be there yet; else the names that a folder standing there
-        may hold to be replaced.
+        None when the folder must not be there yet; else the names, or patterns such as
+        ``*.png``, of all that a folder standing there may hold to be replaced.
 
     Yields
     ------
@@ -84,7 +94,7 @@ def staged_folder(target: Path, *, replaceable: frozenset[str] | None) -> Iterat
     OutputError
         If the target is there and must not be replaced, or the disk refuses.
     """
-    staging = _staging(target)
+    staging = _beside(target, "partial")
     try:
         if target.exists():
             if replaceable is None:
@@ -92,7 +102,7 @@ def staged_folder(target: Path, *, replaceable: frozenset[str] | None) -> Iterat
                     f"{target}: this output is already there; replace it with --overwrite, or "
                     f"choose another output folder."
                 )
-            _refuse_foreign(target, replaceable)
+            refuse_foreign(target, replaceable)
         shutil.rmtree(staging, ignore_errors=True)
         staging.mkdir(parents=True)
         yield staging
@@ -108,7 +118,7 @@ def _publish(staging: Path, target: Path) -> None:
         _sync(path)
     _sync(staging)
     if target.exists():
-        old = target.with_name(f".{target.name}.old")
+        old = _beside(target, "old")
         shutil.rmtree(old, ignore_errors=True)
         target.rename(old)
         staging.rename(target)
@@ -128,7 +138,7 @@ def staged_entries(target: Path, *, overwrite: bool) -> Iterator[Path]:
         The folder to put them into; made when missing.
     overwrite : bool
         Whether the folder may hold something already. Then what has the name of something new
-        is replaced, and everything else stays.
+        is replaced, a file by a file and a folder by a folder, and everything else stays.
 
     Yields
     ------
@@ -140,7 +150,7 @@ def staged_entries(target: Path, *, overwrite: bool) -> Iterator[Path]:
     OutputError
         If the folder holds something and must not, or the disk refuses.
     """
-    staging = _staging(target)
+    staging = _beside(target, "partial")
     try:
         if not overwrite and target.exists() and (target.is_file() or any(target.iterdir())):
             raise OutputError(
@@ -162,8 +172,8 @@ def staged_entries(target: Path, *, overwrite: bool) -> Iterator[Path]:
 
 def _publish_entry(entry: Path, place: Path) -> None:
     _sync(entry)
-    if place.is_dir() and not place.is_symlink():
-        old = place.with_name(f".{place.name}.old")
+    if entry.is_dir() and place.is_dir() and not place.is_symlink():
+        old = _beside(place, "old")
         shutil.rmtree(old, ignore_errors=True)
         place.rename(old)
         entry.rename(place)
@@ -180,7 +190,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
     OutputError
         If the disk refuses.
     """
-    partial = path.with_name(f".{path.name}.partial")
+    partial = _beside(path, "partial")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         partial.write_bytes(content.encode() if isinstance(content, str) else content)

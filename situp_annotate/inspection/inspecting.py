@@ -69,8 +69,7 @@ def _inspect_file(path: Path, *, quick: bool, on_progress: OnProgress | None) ->
         case Kind.ZIP:
             return inspect_zip(path)
         case Kind.PICTURE:
-            message = "A single picture is no video; name the folder that holds the pictures."
-            return problem_report(path, "picture", "a single picture", message)
+            return _inspect_picture(path, head, quick=quick, on_progress=on_progress)
         case Kind.JSON:
             return inspect_json(path)
         case Kind.XML:
@@ -85,6 +84,16 @@ def _inspect_file(path: Path, *, quick: bool, on_progress: OnProgress | None) ->
             return inspect_text(path, on_progress=on_progress)
         case Kind.BINARY:
             return _inspect_binary(path, head, quick=quick, on_progress=on_progress)
+
+
+def _inspect_picture(
+    path: Path, head: bytes, *, quick: bool, on_progress: OnProgress | None
+) -> FileReport:
+    report = _inspect_binary(path, head, quick=quick, on_progress=on_progress)
+    if report.kind == "video":  # raw Motion JPEG and animated PNG begin as a single picture does
+        return report
+    message = "A single picture is no video; name the folder that holds the pictures."
+    return problem_report(path, "picture", "a single picture", message)
 
 
 def _inspect_xml(path: Path, on_progress: OnProgress | None) -> FileReport:

@@ -164,7 +164,7 @@ def batch_remarks(document: dict[str, Any], folder: Path | None) -> Iterator[Rem
             Grade.WARNING,
             "interrupted",
             "The run was interrupted: what is there is complete, the other videos are missing. "
-            "Run it again to do the rest.",
+            "Run it again with --overwrite to have them all; what was tracked is kept.",
         )
     if folder is None:
         return

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from av.audio.stream import AudioStream
 from av.container import InputContainer
 from av.packet import Packet
 from av.sidedata.sidedata import Type
@@ -92,9 +93,9 @@ class StreamSurvey:
     start_ns : int
         Time at which the stream starts by the container's own clock.
     others : tuple of str
-        Sizes of the other streams of moving pictures.
+        Sizes of the other streams of moving pictures, where they are known.
     audio : tuple of str
-        Codecs of the sound tracks.
+        Codecs of the sound tracks, where they are known.
     hidden : int
         Coded pictures that an edit list hides.
     before_keyframe : int
@@ -216,11 +217,11 @@ def _conclude(
         header_rate=stream.guessed_rate or stream.average_rate,
         start_ns=ticks_to_ns(start, time_base),
         others=tuple(
-            f"{other.codec_context.width} × {other.codec_context.height}"
+            _size(other)
             for other in container.streams.video
             if other.index != stream.index and not other.disposition & Disposition.attached_pic
         ),
-        audio=tuple(sound.codec_context.name for sound in container.streams.audio),
+        audio=tuple(_codec_name(sound) for sound in container.streams.audio),
         hidden=walk.hidden,
         before_keyframe=walk.before_keyframe,
         reordered=walk.reordered,
@@ -229,6 +230,16 @@ def _conclude(
         times_ns=_to_ns(walk.times, start, time_base),
         picture=picture,
     )
+
+
+def _size(stream: VideoStream) -> str:
+    context: Any = stream.codec_context  # None where FFmpeg does not know the codec
+    return "unknown size" if context is None else f"{context.width} × {context.height}"
+
+
+def _codec_name(stream: AudioStream) -> str:
+    context: Any = stream.codec_context  # likewise
+    return "of an unknown codec" if context is None else str(context.name)
 
 
 def _to_ns(times: "array[int]", start: int, time_base: Fraction) -> npt.NDArray[np.int64]:

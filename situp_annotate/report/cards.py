@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from situp_annotate.propagation import Suggestion
-from situp_annotate.report.strips import Samples, Strip
+from situp_annotate.report.strips import Figures, Strip
 from situp_annotate.types import State, Track, TrackPoint
 
 __all__ = ["Card", "Shown"]
@@ -62,8 +62,8 @@ class Card:
         The track.
     color : str
         Its colour in all outputs, as ``#rrggbb``.
-    samples : Samples
-        What figures are counted from.
+    figures : Figures
+        What is counted.
     strip : Strip
         What is drawn.
     keyframes : tuple of (int, float, bool)
@@ -76,7 +76,7 @@ class Card:
 
     track: Track
     color: str
-    samples: Samples
+    figures: Figures
     strip: Strip
     keyframes: tuple[tuple[int, float, bool], ...]
     suggestions: tuple[Shown, ...]

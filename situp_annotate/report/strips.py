@@ -12,9 +12,11 @@ from situp_annotate.types import Provenance, State
 
 __all__ = [
     "STATES",
+    "Figures",
     "Run",
     "Samples",
     "Strip",
+    "figures_of",
     "lowest_profile",
     "profile",
     "profile_path",
@@ -51,20 +53,40 @@ class Samples:
     drawn: npt.NDArray[np.bool_]
     tracked: npt.NDArray[np.bool_]
 
-    @property
-    def boxes(self) -> int:
-        """Frames with a box."""
-        return int(np.count_nonzero(self.states))
 
-    @property
-    def mean_confidence(self) -> float | None:
-        """Over the boxes that no person drew; None without any."""
-        propagated = self.confidence[(self.states > 0) & ~self.drawn]
-        return float(propagated.mean()) if propagated.size else None
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """What is counted of a track.
 
-    def frames_in(self, state: State) -> int:
-        """Frames in which the object is in a state."""
-        return int(np.count_nonzero(self.states == _CODES[state]))
+    Attributes
+    ----------
+    boxes : int
+        Frames with a box.
+    drawn, tracked : int
+        Boxes that a person drew, and that the tracker found.
+    in_state : dict of State to int
+        Frames in which the object is in each state.
+    mean_confidence : float or None
+        Over the boxes that no person drew; None without any.
+    """
+
+    boxes: int
+    drawn: int
+    tracked: int
+    in_state: dict[State, int]
+    mean_confidence: float | None
+
+
+def figures_of(samples: Samples) -> Figures:
+    """Count what a track has."""
+    propagated = samples.confidence[(samples.states > 0) & ~samples.drawn]
+    return Figures(
+        boxes=int(np.count_nonzero(samples.states)),
+        drawn=int(np.count_nonzero(samples.drawn)),
+        tracked=int(np.count_nonzero(samples.tracked)),
+        in_state={state: int(np.count_nonzero(samples.states == _CODES[state])) for state in State},
+        mean_confidence=float(propagated.mean()) if propagated.size else None,
+    )
 
 
 def samples_of(labels: TrackLabels, frame_count: int) -> Samples:

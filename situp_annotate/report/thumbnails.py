@@ -8,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from situp_annotate.formats.appearance import track_color
+from situp_annotate.formats.overlay.cropping import View
 from situp_annotate.propagation import Suggestion, TrackLabels
-from situp_annotate.types import BoundingBox, Image, State, TrackPoint
+from situp_annotate.types import Image, State, TrackPoint
 
 __all__ = ["THUMBNAIL_SIZE", "plan_thumbnails", "thumbnail"]
 
@@ -69,43 +70,10 @@ def plan_thumbnails(
     return plan
 
 
-def _view(box: BoundingBox) -> tuple[float, float, float]:
-    """Left and top of what is shown, and thumbnail pixels per pixel of the video."""
-    width, height = THUMBNAIL_SIZE
-    shown = max(_SURROUNDINGS * box.width, _SURROUNDINGS * box.height * width / height, _SMALLEST)
-    scale = width / shown
-    return (
-        box.x + box.width / 2 - shown / 2,
-        box.y + box.height / 2 - height / scale / 2,
-        scale,
-    )
-
-
-def _cut_out(image: Image, view: tuple[float, float, float]) -> Image:
-    """The part of a picture in view, (height, width, 3); grey beyond the picture's edges."""
-    left, top, scale = view
-    width, height = THUMBNAIL_SIZE
-    canvas = np.full((height, width, 3), _NOTHING, np.uint8)
-    first_x, first_y = max(int(left), 0), max(int(top), 0)
-    part = image[first_y : int(top + height / scale) + 1, first_x : int(left + width / scale) + 1]
-    if not part.size or left + width / scale <= 0 or top + height / scale <= 0:
-        return canvas
-    size = (max(round(part.shape[1] * scale), 1), max(round(part.shape[0] * scale), 1))
-    small = cv2.resize(part, size, interpolation=cv2.INTER_AREA)
-    if small.ndim == 2:
-        small = cv2.cvtColor(small, cv2.COLOR_GRAY2BGR)
-    x, y = round((first_x - left) * scale), round((first_y - top) * scale)
-    small = small[max(-y, 0) :, max(-x, 0) :]
-    area = canvas[max(y, 0) :, max(x, 0) :][: small.shape[0], : small.shape[1]]
-    area[:] = small[: area.shape[0], : area.shape[1]]
-    return canvas
-
-
-def _draw_box(canvas: Image, point: TrackPoint, view: tuple[float, float, float]) -> None:
+def _draw_box(canvas: Image, point: TrackPoint, view: View) -> None:
     """Outline the box, dashed unless the object is visible."""
-    left, top, scale = view
-    near = (round((point.box.x - left) * scale), round((point.box.y - top) * scale))
-    far = (round((point.box.right - left) * scale), round((point.box.bottom - top) * scale))
+    box = view.place(point.box)
+    near, far = (round(box.x), round(box.y)), (round(box.right), round(box.bottom))
     cv2.rectangle(canvas, near, far, _DARK, 4)
     outline = np.zeros(canvas.shape[:2], np.uint8)
     cv2.rectangle(outline, near, far, 255, 2)
@@ -132,8 +100,8 @@ def thumbnail(image: Image, point: TrackPoint, *, of: int = 1) -> str:
     str
         A JPEG picture as a ``data:`` address.
     """
-    view = _view(point.box)
-    canvas = _cut_out(image, view)
+    view = View.around(point.box, THUMBNAIL_SIZE[::-1], share=_SURROUNDINGS, smallest=_SMALLEST)
+    canvas = view.cut_out(image, _NOTHING)
     _draw_box(canvas, point, view)
     encoded = b""
     for quality in _QUALITIES:

@@ -12,7 +12,7 @@ from situp_annotate.propagation import Labels, Suggestion, TrackLabels
 from situp_annotate.report.axis import place_of, step_runs, ticks_of
 from situp_annotate.report.cards import Card, Shown
 from situp_annotate.report.rendering import render
-from situp_annotate.report.strips import samples_of, strip_of
+from situp_annotate.report.strips import figures_of, samples_of, strip_of
 from situp_annotate.report.thumbnails import THUMBNAIL_SIZE, plan_thumbnails, thumbnail
 from situp_annotate.types import NS_PER_S, Frame, State, Track, TrackPoint
 from situp_annotate.video import ForwardWalk
@@ -195,7 +195,7 @@ class ReportSink:
         return Card(
             track,
             "#{:02x}{:02x}{:02x}".format(*track_color(track.id)),
-            samples,
+            figures_of(samples),
             strip,
             self._keyframes(track),
             tuple(suggestions.values()),

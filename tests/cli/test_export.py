@@ -102,3 +102,14 @@ def test_lost_boxes_come_only_when_asked_for(out, tmp_path):
         export(lost, "--format", "mot", "--video", "patch", "--output", target, *options)
         rows_of[options] = len((target / "mot" / "patch.txt").read_text().splitlines())
     assert rows_of == {(): 11, ("--lost",): 12}
+
+
+def test_a_folder_of_the_run_is_no_place_for_exports(tmp_path):
+    clip = write_patch(tmp_path / "patch.mp4")
+    job = patch_job(clip, 0, video_id="csv")
+    annotate_batch([job], tmp_path / "out", load_recipe("csv_only"), executor="serial")
+    before = contents(tmp_path / "out")
+    outcome = export(tmp_path / "out", "-f", "csv", "-o", tmp_path / "out", "--overwrite")
+    assert outcome.exit_code == 5
+    assert "this is a folder of the run" in outcome.stderr
+    assert contents(tmp_path / "out") == before

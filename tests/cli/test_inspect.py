@@ -2,6 +2,9 @@
 
 import json
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -115,3 +118,13 @@ def test_names_and_contents_that_are_no_text(tmp_path):
 
 def test_no_file_is_wrong_use():
     assert inspect().exit_code == 2
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file names are Unicode elsewhere")
+def test_a_name_that_is_not_utf_8(tmp_path):
+    path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/n\xff.mp4"))
+    write_video(tmp_path / "video.mp4", count=5).rename(path)
+    command = [sys.executable, "-m", "situp_annotate", "inspect", os.fsencode(path)]
+    outcome = subprocess.run(command, capture_output=True, check=False)  # it was a segfault
+    assert (outcome.returncode, outcome.stderr) == (0, b"")
+    assert b"5 decoded" in outcome.stdout

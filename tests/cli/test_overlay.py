@@ -1,5 +1,7 @@
 """``overlay``, ``contact-sheet`` and ``excerpt``: what they write, say, and refuse."""
 
+import shutil
+
 import av
 import pytest
 from click.testing import CliRunner
@@ -8,7 +10,9 @@ from support.patch import patch_job, write_patch
 
 from situp_annotate.batch import annotate_batch
 from situp_annotate.cli import cli
+from situp_annotate.errors import OutputError
 from situp_annotate.recipe import load_recipe
+from situp_annotate.video.writer import H264Writer
 
 
 def call(command, *arguments):
@@ -117,6 +121,53 @@ def test_nothing_is_replaced_unasked(out, tmp_path, command, made):
     assert place.read_text() == "mine"
     assert call(command, out, "-o", tmp_path / "made", "--overwrite").exit_code == 0
     assert place.read_bytes() != b"mine"
+
+
+def test_contact_sheets_never_replace_a_folder_of_the_run(out, tmp_path):
+    run = tmp_path / "out"
+    shutil.copytree(out, run)
+    before = files(run)
+    outcome = call("contact-sheet", run, "-o", run, "--overwrite")
+    assert outcome.exit_code == 5
+    assert "which is not to be replaced" in outcome.stderr
+    assert files(run) == before
+
+
+@pytest.mark.parametrize(("command", "name"), [("overlay", "here.mp4"), ("excerpt", "here.gif")])
+def test_a_video_of_the_run_is_never_replaced(tmp_path, command, name):
+    clip = write_patch(tmp_path / "patch.mp4").rename(tmp_path / name)
+    job = patch_job(clip, 0, video_id="here")
+    annotate_batch([job], tmp_path / "out", load_recipe("csv_only"), executor="serial")
+    before = clip.read_bytes()
+    place = tmp_path if command == "overlay" else clip
+    outcome = call(command, tmp_path / "out", "-o", place, "--overwrite")
+    assert outcome.exit_code == 5
+    assert "a video that the run has annotated" in outcome.stderr
+    assert clip.read_bytes() == before
+
+
+def test_a_video_that_cannot_be_encoded_does_not_stop_the_others(out, tmp_path, monkeypatch):
+    def refuse(writer, image, pts_ns, original=H264Writer.write):
+        if "patch" in str(writer._path):
+            raise OutputError("patch.mp4: cannot write the video: Invalid argument.")
+        original(writer, image, pts_ns)
+
+    monkeypatch.setattr(H264Writer, "write", refuse)
+    outcome = call("overlay", out, "-o", tmp_path / "o")
+    assert outcome.exit_code == 1
+    assert "patch is left out: " in outcome.stderr
+    assert files(tmp_path / "o") == ["second.mp4"]
+
+
+def test_a_full_disk_stops_them_all(out, tmp_path, monkeypatch):
+    def refuse(*_):
+        reason = OSError(28, "No space left on device")
+        raise OutputError("o: cannot write the video: No space left on device.") from reason
+
+    monkeypatch.setattr(H264Writer, "write", refuse)
+    outcome = call("overlay", out, "-o", tmp_path / "o")
+    assert outcome.exit_code == 5
+    assert "left out" not in outcome.stderr
 
 
 @pytest.mark.parametrize("command", ["overlay", "excerpt"])

@@ -32,3 +32,14 @@ def test_none_without_boxes(video, tmp_path):
     some = dataclasses.replace(video, tracks=(video.tracks[0], empty))
     write_contact_sheets(some, tmp_path, steps=10, threads=2)
     assert [path.name for path in tmp_path.iterdir()] == ["track-1.png"]
+
+
+def test_a_sheet_is_written_when_its_last_frame_has_come(video, tmp_path):
+    first, second = video.tracks
+    early = {frame: point for frame, point in first.points.items() if frame < 5}
+    some = dataclasses.replace(video, tracks=(dataclasses.replace(first, points=early), second))
+    there = []
+    write_contact_sheets(
+        some, tmp_path, steps=10, on_frame=lambda: there.append(len([*tmp_path.iterdir()]))
+    )
+    assert there == [0] * 4 + [1] * (COUNT - 5) + [2]

@@ -82,12 +82,21 @@ def test_a_crop_shows_the_object_in_its_middle():
 @pytest.mark.parametrize(
     "box",
     [BoundingBox(-500, -500, 10, 10), BoundingBox(300, 200, 400, 10), BoundingBox(5, 5, 0.2, 0.1),
-     BoundingBox(-1e6, 0, 2e6, 9), BoundingBox(319.9, 239.9, 5, 5)],
+     BoundingBox(-1e6, 0, 2e6, 9), BoundingBox(319.9, 239.9, 5, 5),
+     BoundingBox(160, 120, 0.001, 0.001)],
 )  # fmt: skip
 @pytest.mark.parametrize("grey", [False, True])
 def test_no_box_is_too_odd(box, grey):
     picture = np.full((240, 320) if grey else (240, 320, 3), 90, np.uint8)
     sheet_of(track(1, box=box), picture=picture)
+
+
+def test_around_the_smallest_box_something_is_to_be_seen():
+    columns = np.arange(320, dtype=np.uint8)[None, :, None]
+    picture = np.broadcast_to(columns, (240, 320, 3))
+    box = BoundingBox(160, 120, 0.001, 0.001)
+    crop = sheet_of(track(1, drawn=(), box=box), picture=picture)[41:185, 10:202]
+    assert crop[10, -1, 0] - crop[10, 0, 0] == pytest.approx(24, abs=2)
 
 
 def test_the_title_fits():

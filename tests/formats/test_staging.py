@@ -1,5 +1,9 @@
 """Folders and files that appear whole or not at all."""
 
+import shutil
+from contextlib import nullcontext
+from pathlib import Path
+
 import pytest
 
 from situp_annotate.errors import OutputError
@@ -117,6 +121,30 @@ def test_entries_join_what_is_there_and_replace_their_namesakes(tmp_path):
     assert names(tmp_path) == ["exported"]
 
 
+def test_a_file_never_replaces_a_folder(tmp_path):
+    (tmp_path / "exported" / "a.xml").mkdir(parents=True)
+    with (
+        pytest.raises(OutputError, match="cannot write here"),
+        staged_entries(tmp_path / "exported", overwrite=True) as folder,
+    ):
+        (folder / "a.xml").write_text("new")
+    assert (tmp_path / "exported" / "a.xml").is_dir()
+
+
+def test_patterns_say_what_may_be_replaced(tmp_path):
+    sheets = tmp_path / "sheets"
+    for name, is_foreign in (("track-1.png", False), ("TRACK-1.PNG", True), ("track-1.txt", True)):
+        sheets.mkdir()
+        (sheets / name).touch()
+        with (
+            pytest.raises(OutputError, match=name) if is_foreign else nullcontext(),
+            staged_folder(sheets, replaceable=frozenset({"track-*.png"})) as folder,
+        ):
+            (folder / "track-2.png").touch()
+        assert names(sheets) == [name if is_foreign else "track-2.png"]
+        shutil.rmtree(sheets)
+
+
 def test_entries_are_refused_where_something_is_unless_told(tmp_path):
     target = tmp_path / "exported"
     target.mkdir()
@@ -147,3 +175,27 @@ def test_entries_cannot_go_into_a_file(tmp_path):
         ):
             (folder / "a.xml").write_text("new")
     assert (tmp_path / "exported").read_text() == "a file"
+
+
+def test_entries_can_go_where_one_is(tmp_path, monkeypatch):
+    here = tmp_path / "here"
+    here.mkdir()
+    (here / "notes.txt").write_text("mine")
+    monkeypatch.chdir(here)
+    with staged_entries(Path(), overwrite=True) as folder:
+        (folder / "a.xml").write_text("new")
+    assert names(here) == ["a.xml", "notes.txt"]
+    assert names(tmp_path) == ["here"]
+    with (
+        pytest.raises(OutputError, match="something is there"),
+        staged_entries(Path(), overwrite=False),
+    ):
+        pass
+
+
+def test_a_folder_is_no_place_for_a_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(OutputError, match="cannot write here"):
+        write_whole(Path(), "text")
+    discard_staging(Path())
+    assert names(tmp_path) == []

@@ -67,6 +67,26 @@ def test_kinds_of_files(tmp_path, content, kind, word):
     assert (report.grade is Grade.FINE) == kind.endswith("_csv")
 
 
+@pytest.mark.parametrize(
+    ("name", "codec", "pixel_format"),
+    [("a.mjpeg", "mjpeg", "yuvj420p"), ("a.apng", "apng", "rgb24")],
+)
+def test_videos_that_begin_as_a_picture_does(tmp_path, name, codec, pixel_format):
+    # Some pictures more than FFmpeg must see to tell a stream from a picture.
+    path = write_video(tmp_path / name, count=30, codec=codec, pixel_format=pixel_format)
+    report = inspect_path(path)
+    assert report.kind == "video"
+    assert "30 frames" in report.title
+
+
+def test_one_picture_is_no_video(tmp_path):
+    for suffix in (".jpg", ".png", ".webp", ".tif"):
+        path = tmp_path / f"a{suffix}"
+        assert cv2.imwrite(str(path), draw_index(1, (240, 320)))
+        assert inspect_path(path).kind == "picture"
+        assert inspect_path(path.rename(tmp_path / "a")).kind == "picture"
+
+
 def test_what_is_no_file(tmp_path, monkeypatch):
     assert kinds(inspect_path(tmp_path / "none")) == {"missing"}
     assert kinds(inspect_path(tmp_path / "nul\0l")) == {"missing"}

@@ -92,6 +92,8 @@ def test_a_run_s_outcome(tmp_path):
     inspect_document(tmp_path, BATCH | {"interrupted": True}, "batch.json")
     folder = inspect_path(tmp_path)
     assert (folder.kind, kinds(folder)) == ("run", {"missing", "interrupted", "gone"})
+    (interrupted,) = (each for each in folder.remarks if each.kind == "interrupted")
+    assert "--overwrite" in interrupted.message  # a run refuses a folder that is there
     inspect_document(tmp_path, "{}", "batch.json")
     assert kinds(inspect_path(tmp_path)) == {"batch"}
 

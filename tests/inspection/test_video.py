@@ -17,6 +17,7 @@ from support.media import (
     write_empty_video,
     write_size_change,
     write_trimmed_end,
+    write_unknown_sound,
     write_video,
 )
 
@@ -239,3 +240,10 @@ def test_progress_is_reported_while_frames_are_decoded(video):
 def test_real_clips(shared, name, grade, expected):
     report = inspect_path(shared / "clips" / name)
     assert (report.grade, kinds(report)) == (grade, expected)
+
+
+def test_sound_of_an_unknown_codec_is_no_obstacle(tmp_path: Path) -> None:
+    report = inspect_path(write_unknown_sound(tmp_path / "a.avi"))
+    assert report.kind == "video"
+    assert dict(report.facts)["sound"] == "of an unknown codec"
+    assert report.grade is not Grade.PROBLEM

@@ -1,6 +1,7 @@
 """The pages as text: what they say, how large they are, and that nothing in them can run."""
 
 import json
+import pickle
 import re
 from base64 import b64encode
 from hashlib import sha256
@@ -261,3 +262,16 @@ def test_a_page_that_could_not_be_finished_is_not_written(tmp_path):
     with pytest.raises(IndexError):
         write_page(tmp_path / "report.html", labels, times_ns=[0, 1])
     assert not (tmp_path / "report.html").exists()
+
+
+def test_what_is_kept_of_a_track_does_not_grow_with_the_video(tmp_path, monkeypatch):
+    sizes = []
+
+    def weigh(_, values):
+        sizes.append(len(pickle.dumps(values["cards"])))
+        return ""
+
+    monkeypatch.setattr("situp_annotate.report.video_page.render", weigh)
+    for count in (2_000, 6_000):
+        write_page(tmp_path / "a.html", linear_labels([linear_track(1, [0, count - 1])], count))
+    assert sizes[1] < sizes[0] + 10_000

@@ -11,6 +11,7 @@ from support.reports import linear_labels, linear_track, with_states
 from situp_annotate.report.strips import (
     STATES,
     Samples,
+    figures_of,
     lowest_profile,
     profile,
     profile_path,
@@ -73,8 +74,8 @@ def test_no_frames_and_no_boxes():
     for none in (samples([]), samples([np.nan] * 7)):
         strip = strip_of(none, columns=10, most_runs=10)
         assert (strip.path, strip.runs) == ("", ())
-        assert none.boxes == 0
-        assert none.mean_confidence is None
+        assert figures_of(none).boxes == 0
+        assert figures_of(none).mean_confidence is None
 
 
 @given(
@@ -107,8 +108,9 @@ def test_samples_are_what_the_labels_say():
     labels = linear_labels([linear_track(1, [2, 8, 14], occluded=[8])], 20)
     (track,) = labels.tracks
     found = samples_of(track, 20)
+    figures = figures_of(found)
     points = dict(track.points())
-    assert found.boxes == len(points)
+    assert figures.boxes == len(points)
     for frame in range(20):
         point = points.get(frame)
         assert STATES[found.states[frame]] is (point.state if point else None)
@@ -116,9 +118,11 @@ def test_samples_are_what_the_labels_say():
             assert found.confidence[frame] == point.confidence
             assert found.drawn[frame] == (point.provenance == "human")
             assert found.tracked[frame] == (point.provenance == "tracked")
-    assert found.frames_in(State.OCCLUDED) == 6
+    assert figures.in_state[State.OCCLUDED] == 6
     propagated = [p.confidence for p in points.values() if p.provenance != "human"]
-    assert found.mean_confidence == pytest.approx(np.mean(propagated))
+    assert figures.mean_confidence == pytest.approx(np.mean(propagated))
+    assert figures.drawn == len(points) - len(propagated)
+    assert figures.tracked == 0
 
 
 def test_lost_frames_are_counted():
@@ -126,7 +130,8 @@ def test_lost_frames_are_counted():
     (track,) = labels.tracks
     stretch, *rest = track.stretches
     lost = with_states(stretch, [State.VISIBLE] * 5 + [State.LOST] * 4 + [State.VISIBLE])
-    assert samples_of(replace(track, stretches=(lost, *rest)), 10).frames_in(State.LOST) == 4
+    samples = samples_of(replace(track, stretches=(lost, *rest)), 10)
+    assert figures_of(samples).in_state[State.LOST] == 4
 
 
 def test_profile_is_short_and_never_above_the_truth():

@@ -2,15 +2,14 @@
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
 from situp_annotate.formats.labelled import LabelledTrack
+from situp_annotate.formats.overlay.cropping import View
 from situp_annotate.formats.overlay.drawing import draw_labels
 from situp_annotate.formats.overlay.text import DARK, Color, paste, text_tag
 from situp_annotate.types import (
     NS_PER_S,
-    BoundingBox,
     Frame,
     Image,
     Provenance,
@@ -25,6 +24,8 @@ _COLUMNS = 6
 _CROP_HW = (144, 192)
 _AROUND = 2.0
 """Side of what a crop shows over the side of the box, in the tighter direction."""
+_SMALLEST = 24.0
+"""Pixels of the video across a crop, at least: fewer tell nothing."""
 _BORDER = 4
 _MARGIN = 6
 _FONT = 14
@@ -123,32 +124,6 @@ def _cell(frame: Frame, track: Track, point: TrackPoint) -> Image:
 
 def _crop(image: Image, track: Track, point: TrackPoint) -> Image:
     """The box and its surroundings, in the size of a crop; dark outside the picture."""
-    height, width = _CROP_HW
-    box = point.box
-    scale = min(width / box.width, height / box.height) / _AROUND
-    left = box.x + box.width / 2 - width / scale / 2
-    top = box.y + box.height / 2 - height / scale / 2
-    inside = _inside(image, (left, top, left + width / scale, top + height / scale))
-    canvas = np.full((height, width, 3), DARK, np.uint8)
-    if inside is not None:
-        x, y, right, bottom = inside
-        piece = image[y:bottom, x:right]
-        size = (max(round((right - x) * scale), 1), max(round((bottom - y) * scale), 1))
-        small = cv2.resize(piece, size, interpolation=cv2.INTER_AREA)
-        color = cv2.cvtColor(small, cv2.COLOR_GRAY2BGR) if small.ndim == 2 else small
-        corner = (max(round((x - left) * scale), 0), max(round((y - top) * scale), 0))
-        paste(canvas, np.asarray(color, np.uint8), corner)
-    moved = BoundingBox(
-        (box.x - left) * scale, (box.y - top) * scale, box.width * scale, box.height * scale
-    )
-    return draw_labels(canvas, 0, [(track, replace(point, box=moved))], captions="none")
-
-
-def _inside(
-    image: Image, region: tuple[float, float, float, float]
-) -> tuple[int, int, int, int] | None:
-    """Whole pixels of a region (left, top, right, bottom) that lie in the picture, if any."""
-    height, width = image.shape[:2]
-    left, top = (max(int(np.floor(value)), 0) for value in region[:2])
-    right, bottom = min(int(np.ceil(region[2])), width), min(int(np.ceil(region[3])), height)
-    return (left, top, right, bottom) if left < right and top < bottom else None
+    view = View.around(point.box, _CROP_HW, share=_AROUND, smallest=_SMALLEST)
+    moved = replace(point, box=view.place(point.box))
+    return draw_labels(view.cut_out(image, DARK), 0, [(track, moved)], captions="none")
