@@ -64,7 +64,7 @@ def _with_opencv(text: str, size: int) -> Image:
 
 
 @cache
-def _opencv_face() -> cv2.FontFace:
+def _opencv_face() -> "cv2.FontFace":
     return cv2.FontFace("sans")
 
 
