@@ -14,11 +14,11 @@ import numpy.typing as npt
 from situp_annotate.errors import SitupError
 from situp_annotate.evaluation.contenders import Contender
 from situp_annotate.evaluation.datasets import OtbTarget
-from situp_annotate.evaluation.metrics import overlaps as overlaps_of
 from situp_annotate.evaluation.picks import Pick, Situation, written_boxes
 from situp_annotate.evaluation.prefixes import PrefixCache
 from situp_annotate.propagation import Footage, FramesInMemory, PassCache, Survey, propagate
 from situp_annotate.propagation.camera import CameraMotion
+from situp_annotate.propagation.fusion import overlaps as overlaps_of
 from situp_annotate.types import BoundingBox, Frame, Keyframe, Track
 
 __all__ = [

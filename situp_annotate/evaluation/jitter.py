@@ -5,7 +5,7 @@ import zlib
 import numpy as np
 import numpy.typing as npt
 
-from situp_annotate.evaluation.metrics import overlaps
+from situp_annotate.propagation.fusion import overlaps
 
 __all__ = ["LEAST_OVERLAP", "MOST_OVERLAP", "jitter"]
 

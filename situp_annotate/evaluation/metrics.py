@@ -17,7 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["THRESHOLDS", "OnePassResult", "center_errors", "evaluate_one_pass", "overlaps"]
+from situp_annotate.propagation.fusion import overlaps
+
+__all__ = ["THRESHOLDS", "OnePassResult", "center_errors", "evaluate_one_pass"]
 
 Boxes = npt.NDArray[np.float64]
 
@@ -28,29 +30,8 @@ _PRECISION_PIXELS = 20.0
 _ABSENT = -1.0
 
 
-def overlaps(boxes: Boxes, truth: Boxes) -> npt.NDArray[np.float64]:
-    """Intersection over union, frame by frame.
-
-    Parameters
-    ----------
-    boxes, truth : ndarray
-        (n, 4): x, y, width, height, of the same origin.
-
-    Returns
-    -------
-    ndarray
-        (n,), in [0, 1]; NaN where a number is NaN.
-    """
-    corner = np.maximum(boxes[:, :2], truth[:, :2])
-    opposite = np.minimum(boxes[:, :2] + boxes[:, 2:], truth[:, :2] + truth[:, 2:])
-    shared = np.prod(np.clip(opposite - corner, 0, None), axis=1)
-    total = np.prod(boxes[:, 2:], axis=1) + np.prod(truth[:, 2:], axis=1) - shared
-    ratio: npt.NDArray[np.float64] = shared / total
-    return ratio
-
-
 def center_errors(boxes: Boxes, truth: Boxes) -> npt.NDArray[np.float64]:
-    """Distance of the centres in pixels, frame by frame; shapes as for :func:`overlaps`."""
+    """Distance of the centres in pixels, frame by frame; shapes as for `overlaps`."""
     apart = boxes[:, :2] + boxes[:, 2:] / 2 - truth[:, :2] - truth[:, 2:] / 2
     return np.hypot(apart[:, 0], apart[:, 1])
 

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from situp_annotate.formats.labelled import LabelledTrack, LabelledVideo
+from situp_annotate.propagation.fusion import overlaps
 from situp_annotate.types import BoundingBox, Keyframe, State
 
 __all__ = ["Found"]
@@ -26,12 +27,9 @@ def _edges(box: BoundingBox) -> tuple[float, float, float, float]:
     return box.x, box.y, box.right, box.bottom
 
 
-def _overlaps(ours: _Edges, theirs: _Edges) -> npt.NDArray[np.float64]:
-    """Intersection over union, row by row."""
-    shared = np.minimum(ours[:, 2:], theirs[:, 2:]) - np.maximum(ours[:, :2], theirs[:, :2])
-    common = np.prod(np.clip(shared, 0, None), axis=1)
-    areas = [np.prod(edges[:, 2:] - edges[:, :2], axis=1) for edges in (ours, theirs)]
-    return np.asarray(common / np.maximum(areas[0] + areas[1] - common, 1e-9))
+def _sized(edges: _Edges) -> npt.NDArray[np.float64]:
+    """From (n, 4) edges to x, y, width, height."""
+    return np.hstack([edges[:, :2], edges[:, 2:] - edges[:, :2]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,5 +139,7 @@ class Found:
             shares = (frames - before.frame)[:, None] / (after.frame - before.frame)
             boxes = start + (np.array([_edges(after.box)]) - start) * shares
         theirs = self.edges[frames]
-        whole, clipped = _overlaps(boxes, theirs), _overlaps(*map(self._clipped, (boxes, theirs)))
-        return bool((np.maximum(whole, clipped) >= _SLACK * self.iou).all())
+        whole = overlaps(_sized(boxes), _sized(theirs))
+        with np.errstate(invalid="ignore"):  # nothing is left of boxes outside the picture
+            clipped = overlaps(*(_sized(self._clipped(edges)) for edges in (boxes, theirs)))
+        return bool((np.fmax(whole, clipped) >= _SLACK * self.iou).all())

@@ -39,7 +39,18 @@ class Fused:
 
 
 def overlaps(boxes: Array, others: Array) -> Array:
-    """Intersection over union, row by row, of boxes (n, 4) as x, y, width, height."""
+    """Intersection over union, row by row.
+
+    Parameters
+    ----------
+    boxes, others : ndarray
+        (n, 4): x, y, width, height, of the same origin.
+
+    Returns
+    -------
+    ndarray
+        (n,), in [0, 1]; NaN where a number is NaN.
+    """
     corner = np.maximum(boxes[:, :2], others[:, :2])
     opposite = np.minimum(boxes[:, :2] + boxes[:, 2:], others[:, :2] + others[:, 2:])
     shared = np.prod(np.clip(opposite - corner, 0, None), axis=1)
