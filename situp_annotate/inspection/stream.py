@@ -2,7 +2,6 @@
 
 import struct
 from array import array
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -19,7 +18,12 @@ from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from situp_annotate.video.probe import ticks_to_ns
-from situp_annotate.video.pyav_stream import decode_packet, open_stream, read_packets
+from situp_annotate.video.pyav_stream import (
+    decode_packet,
+    open_stream,
+    read_packets,
+    shows_picture,
+)
 
 __all__ = ["Picture", "StreamSurvey", "survey_stream"]
 
@@ -186,19 +190,10 @@ def survey_stream(path: Path) -> StreamSurvey:
     container, stream = open_stream(path)
     with container:
         walk = _Walk()
-        for packet in _packets_with_pictures(container, stream):
-            walk.add(packet)
+        for packet in read_packets(container, stream):
+            if shows_picture(packet, stream):
+                walk.add(packet)
         return _conclude(container, stream, walk, picture)
-
-
-def _packets_with_pictures(
-    container: InputContainer, stream: VideoStream
-) -> Iterator["Packet[VideoStream]"]:
-    vp8 = stream.codec_context.codec.canonical_name == "vp8"
-    for packet in read_packets(container, stream):
-        # VP8 has pictures that are never shown: others are built on them.
-        if packet.size and not (vp8 and not memoryview(packet)[0] & 0x10):
-            yield packet
 
 
 def _conclude(

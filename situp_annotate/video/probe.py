@@ -11,7 +11,12 @@ from av.video.stream import VideoStream
 from situp_annotate.errors import VideoEmptyError
 from situp_annotate.types import NS_PER_S
 from situp_annotate.video.packet_times import PacketTimes
-from situp_annotate.video.pyav_stream import open_container, read_packets, video_stream
+from situp_annotate.video.pyav_stream import (
+    open_container,
+    read_packets,
+    shows_picture,
+    video_stream,
+)
 from situp_annotate.video.size_watch import SizeWatch
 
 __all__ = ["Probe", "SizeChange", "is_grey", "probe_video", "ticks_to_ns"]
@@ -149,13 +154,12 @@ class _Survey:
 def _survey(container: InputContainer, stream: VideoStream) -> _Survey:
     survey = _Survey()
     watch = SizeWatch(stream)
-    vp8 = stream.codec_context.codec.canonical_name == "vp8"
     for packet in read_packets(container, stream):
         pts, dts, duration = packet.pts, packet.dts, packet.duration or 0
         if packet.is_keyframe and not survey.keyframe_seen:
             survey.keyframe_seen, survey.first_key_pts = True, pts
-        if packet.is_discard or packet.size == 0 or (vp8 and not memoryview(packet)[0] & 0x10):
-            continue  # hidden by an edit list, a dropped picture, a reference that is not shown
+        if packet.is_discard or not shows_picture(packet, stream):
+            continue  # hidden by an edit list, or never to be seen
         size_hw = watch.look(packet) if survey.size_change is None else None
         if size_hw is not None:
             time_ns = None if pts is None else _since_start_ns(pts, stream)

@@ -23,6 +23,7 @@ __all__ = [
     "open_container",
     "open_stream",
     "read_packets",
+    "shows_picture",
     "upright_image",
     "video_stream",
 ]
@@ -111,6 +112,18 @@ def read_packets(container: InputContainer, stream: _Stream) -> Iterator["Packet
             # The file ends here, in good order or cut off; with an IndexError where streams have
             # appeared midway.
             return
+
+
+def shows_picture(packet: "Packet[VideoStream]", stream: VideoStream) -> bool:
+    """Whether a packet of a stream holds a picture that is meant to be seen.
+
+    The last packet is empty, as one for a dropped picture is; and VP8 has pictures that are only
+    there for others to be built on.
+    """
+    if packet.size == 0:
+        return False
+    is_vp8 = stream.codec_context.codec.canonical_name == "vp8"
+    return not is_vp8 or bool(memoryview(packet)[0] & 0x10)
 
 
 def open_stream(path: Path) -> tuple[InputContainer, VideoStream]:
