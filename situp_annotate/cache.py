@@ -63,10 +63,14 @@ class _Files:
             return
         partial = self._folder / f".{name}.partial"
         with suppress(OSError):
-            self._folder.mkdir(parents=True, exist_ok=True)
-            with partial.open("wb") as file:
-                np.savez(file, **arrays)  # type: ignore[arg-type]
-            partial.replace(self._folder / name)
+            for folder in (self._folder.parent, self._folder):
+                folder.mkdir(exist_ok=True)  # not those above: the output may have vanished
+            try:
+                with partial.open("wb") as file:
+                    np.savez(file, **arrays)  # type: ignore[arg-type]
+                partial.replace(self._folder / name)
+            finally:
+                partial.unlink(missing_ok=True)
 
     def keep_only(self, names: set[str]) -> None:
         if self._folder is None:

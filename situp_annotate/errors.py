@@ -6,6 +6,7 @@
     ├── ManifestError             3   the manifest is not valid
     ├── RecipeError               4   the recipe or a --set value is not valid
     ├── OutputError               5   the output folder cannot be written or is already there
+    │   └── DiskError                 the disk refuses, whatever is written there
     ├── BoxError                  1   four numbers that are no box
     ├── TrackingError             1   the tracker was given what it cannot track
     └── VideoError                1   one video cannot be annotated
@@ -13,8 +14,13 @@
         ├── VideoFormatError          something stands there, but no video
         ├── VideoEmptyError           a video that yields no frame
         ├── VideoIncompleteError      frames are missing at the end
+        ├── VideoTooLargeError        more or larger pictures than the limits allow
         ├── FrameSizeError            the picture changes its size midway
         └── WorkerError               the process that annotated the video died
+            ├── WorkerKilledError         it was killed from outside, as for want of memory
+            ├── WorkerLostError           the machine that it ran on is gone
+            ├── VideoTimeoutError         it took longer than it was given
+            └── VideoStalledError         it came to no further frame for too long
 
 Each error is made of one finished sentence (or, for manifests, of several lines, one a
 problem): file, place, value, what is allowed, what to do. The message is the only argument, so
@@ -31,6 +37,7 @@ __all__ = [
     "EXIT_INTERRUPTED",
     "EXIT_OK",
     "BoxError",
+    "DiskError",
     "FrameSizeError",
     "ManifestError",
     "OutputError",
@@ -42,7 +49,12 @@ __all__ = [
     "VideoFormatError",
     "VideoIncompleteError",
     "VideoMissingError",
+    "VideoStalledError",
+    "VideoTimeoutError",
+    "VideoTooLargeError",
     "WorkerError",
+    "WorkerKilledError",
+    "WorkerLostError",
 ]
 
 EXIT_OK = 0
@@ -94,6 +106,12 @@ class OutputError(SitupError):
     kind = "output"
 
 
+class DiskError(OutputError):
+    """The disk is full, gone or may not be written: what comes next would fail like this."""
+
+    kind = "disk"
+
+
 class BoxError(SitupError):
     """Four numbers that are no box: not finite, or without area."""
 
@@ -136,6 +154,12 @@ class VideoIncompleteError(VideoError):
     kind = "incomplete"
 
 
+class VideoTooLargeError(VideoError):
+    """The video has more or larger pictures than the limits allow."""
+
+    kind = "too_large"
+
+
 class FrameSizeError(VideoError):
     """The picture changes its width or height midway."""
 
@@ -143,6 +167,30 @@ class FrameSizeError(VideoError):
 
 
 class WorkerError(VideoError):
-    """The process that annotated the video died: a crash in a decoder, or killed."""
+    """The process that annotated the video died by itself: a crash in a decoder."""
 
     kind = "crashed"
+
+
+class WorkerKilledError(WorkerError):
+    """The process that annotated the video was killed from outside, as for want of memory."""
+
+    kind = "killed"
+
+
+class WorkerLostError(WorkerError):
+    """What the process did is not known any more: the machine that it ran on is gone."""
+
+    kind = "lost"
+
+
+class VideoTimeoutError(WorkerError):
+    """The video took longer than it was given, and its process was stopped."""
+
+    kind = "timed_out"
+
+
+class VideoStalledError(WorkerError):
+    """The work on the video came to no further frame for too long, and was stopped."""
+
+    kind = "stalled"

@@ -15,7 +15,6 @@ from situp_annotate.formats.mot.rows import MotSink
 from situp_annotate.formats.overlay.sink import OverlaySink
 from situp_annotate.formats.overlay.stretches import doubtful_stretches
 from situp_annotate.formats.sinks import Sink
-from situp_annotate.formats.staging import write_whole
 from situp_annotate.propagation import Labels, Suggestion
 from situp_annotate.recipe import Recipe
 from situp_annotate.report import ReportSink
@@ -107,7 +106,8 @@ def _mcap_sink(folder: Path, annotation: Annotation) -> McapSink:
         attachments[_MOT] = folder / _MOT
     pictures = open_pictures(walk.info, walk.times_ns, recipe.mcap)
     if pictures is not None:
-        write_whole(folder / _LAYOUT, layout_json(pictures.topic, ANNOTATIONS_TOPIC))
+        layout = layout_json(pictures.topic, ANNOTATIONS_TOPIC)
+        (folder / _LAYOUT).write_text(layout, encoding="utf-8", newline="\n")
     return McapSink(
         folder / _MCAP,
         info=walk.info,

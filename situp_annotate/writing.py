@@ -9,7 +9,6 @@ from situp_annotate.errors import VideoError
 from situp_annotate.formats.exporting import EXPORTERS
 from situp_annotate.formats.manifest import dump_manifest
 from situp_annotate.formats.review import review_csv
-from situp_annotate.formats.staging import write_whole
 from situp_annotate.outcomes import TrackSummary
 from situp_annotate.outputs import REVIEW_FILE, Annotation, open_sinks
 from situp_annotate.propagation import Labels, suggest
@@ -157,6 +156,8 @@ def write_labels(
     ------
     VideoError
         If the video has to be decoded again and that fails.
+    OSError
+        If the disk refuses.
     """
     with watch.stage("review"):
         summaries = _summaries(labels, (walk.info.height, walk.info.width))
@@ -164,8 +165,12 @@ def write_labels(
     annotation = Annotation(job, recipe, labels, suggestions, walk, sha256)
     _write_frames(folder, annotation, summaries, watch, progress, threads)
     names = {track.id: track.label for track in job.tracks}
-    write_whole(folder / REVIEW_FILE, review_csv(suggestions, names, walk.times_ns))
-    write_whole(folder / MANIFEST_FILE, dump_manifest([job], folder))
+    texts = {
+        REVIEW_FILE: review_csv(suggestions, names, walk.times_ns),
+        MANIFEST_FILE: dump_manifest([job], folder),
+    }
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
     with watch.stage("export"):
         _export(folder, annotation)
     written = (SUMMARY_FILE, *(path.name for path in folder.iterdir()))

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from situp_annotate.errors import EXIT_FAILED, OutputError, RecipeError, SitupError
+from situp_annotate.errors import EXIT_FAILED, DiskError, OutputError, RecipeError, SitupError
+from situp_annotate.formats.disk import is_there
 from situp_annotate.formats.staging import refuse_existing
 
 if TYPE_CHECKING:
@@ -94,11 +95,11 @@ def refuse_sources(places: Iterable[Path], out: Path) -> None:
     """Stop before a video that a run has annotated would be replaced, whatever was asked for."""
     from situp_annotate.results import read_job, run_folders
 
-    present = {place.resolve(): place for place in places if place.exists()}
+    present = {place.resolve(): place for place in places if is_there(place)}
     for folder in run_folders(out) if present else ():
         try:
             source = read_job(folder).path.resolve()
-        except SitupError:
+        except (SitupError, RuntimeError):  # the latter of a symbolic link to itself
             continue  # which is told of when it is drawn
         if source in present:
             raise OutputError(
@@ -153,9 +154,9 @@ def draw_each(
             with frame_bar(video) as step:
                 draw(video, step)
             drawn += 1
+        except DiskError:
+            raise
         except SitupError as error:
-            if isinstance(error, OutputError) and isinstance(error.__cause__, OSError):
-                raise  # the disk refuses, whatever the video
             click.echo(f"{folder.name} is left out: {error}", err=True)
     elapsed_s = time.perf_counter() - started
     click.echo(

@@ -8,6 +8,7 @@ import click
 
 from situp_annotate.cli._finished import chosen_folders, run_argument, videos_option
 from situp_annotate.errors import OutputError
+from situp_annotate.formats.disk import is_there
 
 if TYPE_CHECKING:
     from situp_annotate.formats.labelled import LabelledVideo
@@ -102,7 +103,7 @@ def export(
     folders = chosen_folders(out, video_ids)
     for name in dict.fromkeys(names):
         place = output / name
-        if place.resolve() in {each.resolve() for each in run_folders(out)}:
+        if is_there(place) and place.resolve() in {each.resolve() for each in run_folders(out)}:
             raise OutputError(f"{place}: this is a folder of the run; choose another --output.")
         with staged_entries(place, overwrite=overwrite) as staging:
             EXPORTERS[name](_read_all(folders, name), staging, options)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from situp_annotate.cli._finished import refuse_existing
+from situp_annotate.cli._shell import shell_word
 from situp_annotate.errors import SitupError
 
 if TYPE_CHECKING:
@@ -220,7 +221,7 @@ def import_(
     boxes = sum(len(track.keyframes) for job in jobs for track in job.tracks)
     click.echo(
         f"Wrote {output}: {len(jobs)} videos, {tracks} tracks, {boxes} keyframes. "
-        f"Check it: situp-annotate check {output}"
+        f"Check it: situp-annotate check {shell_word(output)}"
     )
     if any(not job.path.is_relative_to(home) for job in jobs):
         click.echo(f"Some videos lie outside {home}: give check and run --allow-outside.", err=True)

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from situp_annotate.cli._inspection import Inspection, inspect_videos
+from situp_annotate.cli._shell import shell_word
 from situp_annotate.errors import EXIT_FAILED, OutputError, VideoMissingError
+from situp_annotate.formats.disk import is_there
 
 if TYPE_CHECKING:
     from situp_annotate.types import VideoInfo
@@ -74,8 +76,8 @@ def _skeleton(videos: Sequence[tuple[Path, Inspection]], folder: Path) -> str:
     return dump_manifest(jobs, folder, info=info)
 
 
-def _refuse_to_overwrite(output: Path) -> None:
-    if output.exists():
+def _refuse_to_overwrite(output: Path, *, force: bool) -> None:
+    if is_there(output) and not force:
         raise OutputError(
             f"{output}: there is a file already; choose another with --output, or give --force "
             "to lose it and the boxes in it."
@@ -107,8 +109,7 @@ def init(folder: Path, output: Path | None, force: bool) -> None:
     from situp_annotate.video import find_videos
 
     output = output or folder / "manifest.json"
-    if not force:
-        _refuse_to_overwrite(output)
+    _refuse_to_overwrite(output, force=force)
     found = find_videos(folder)
     if not found:
         raise VideoMissingError(f"{folder}: there are no videos in this folder; name another.")
@@ -117,13 +118,13 @@ def init(folder: Path, output: Path | None, force: bool) -> None:
     ]
     if not kept:
         raise VideoMissingError(f"{folder}: no video can be decoded, so no manifest is written.")
-    if not force:
-        _refuse_to_overwrite(output)  # decoding may have taken hours
+    _refuse_to_overwrite(output, force=force)  # decoding may have taken hours
     home = output.parent.resolve()
     write_whole(output, _skeleton(kept, home))
     frames = sum(seen.frame_count for _, seen in kept)
     click.echo(
-        f"Wrote {output}: {len(kept)} videos, {frames} frames.\n{_EXAMPLE}{output}", err=True
+        f"Wrote {output}: {len(kept)} videos, {frames} frames.\n{_EXAMPLE}{shell_word(output)}",
+        err=True,
     )
     if any(not path.resolve().is_relative_to(home) for path, _ in kept):
         click.echo(f"Some videos lie outside {home}: give check and run --allow-outside.", err=True)

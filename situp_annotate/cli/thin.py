@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from situp_annotate.errors import EXIT_FAILED, OutputError, SitupError
+from situp_annotate.formats.disk import is_there
 
 if TYPE_CHECKING:
     from situp_annotate.finished.thinned import ThinnedVideo
@@ -22,12 +23,13 @@ _HEADER = (
 
 
 def _refuse(output: Path, manifest: Path, *, overwrite: bool) -> None:
-    if output.resolve() == manifest.resolve():
+    present = is_there(output)
+    if present and output.samefile(manifest):
         raise OutputError(
             f"{output}: this is the manifest to be thinned, which would be lost; choose another "
             "with --output."
         )
-    if output.exists() and not overwrite:
+    if present and not overwrite:
         raise OutputError(
             f"{output}: there is a file already; choose another with --output, or give "
             "--overwrite to lose it."

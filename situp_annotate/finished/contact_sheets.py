@@ -40,6 +40,8 @@ def write_contact_sheets(
     ------
     VideoError
         As `labelled_frames` does.
+    OSError
+        If the disk refuses.
     """
     sheets = {
         labelled.track.id: ContactSheet(video.id, labelled, steps=steps)

@@ -49,8 +49,8 @@ def redraw(
     ------
     VideoError
         As `labelled_frames` does.
-    OutputError
-        If the file cannot be written.
+    OutputError, OSError
+        As `H264Writer` does.
     """
     tracks = _tracks(video)
     sink = OverlaySink(
@@ -89,7 +89,7 @@ def redraw_beside(
     ------
     SitupError
         If the runs have not annotated the same video.
-    VideoError, OutputError
+    VideoError, OutputError, OSError
         As `redraw` does.
     """
     (_, video), (_, other) = left, right

@@ -14,6 +14,7 @@ from typing import Self
 
 from situp_annotate.errors import BoxError, SitupError
 from situp_annotate.formats.outside import OUTSIDE, OutsideTracks
+from situp_annotate.formats.sinks import close_file
 from situp_annotate.types import (
     NS_PER_S,
     BoundingBox,
@@ -35,6 +36,9 @@ __all__ = [
 
 _BOX = ("x", "y", "width", "height")
 _SIGNALS = ("apce", "peak", "scale")
+_LEAST_SIZE = 1e-6
+"""A box never shrinks to nothing in writing."""
+
 LABELS_HEADER = (
     *("frame", "time_s", "track_id", "label", "state", "provenance"),
     *(*_BOX, "confidence", *_SIGNALS),
@@ -63,14 +67,18 @@ def _nanoseconds(seconds: str) -> int:
     if not (len(rest) <= 9 and f"{rest}0".isdigit()):
         raise ValueError(f"{seconds!r} is no time in seconds")
     magnitude = abs(int(whole)) * NS_PER_S + int(rest.ljust(9, "0"))
+    if magnitude >= 2**63:
+        raise ValueError(f"{seconds} seconds")
     return -magnitude if whole.startswith("-") else magnitude
 
 
 def label_cells(point: TrackPoint) -> tuple[str, ...]:
     """The cells of a label from ``state`` on."""
-    # What a person drew stays as it is, to the digit.
-    written = _exact if point.provenance is Provenance.HUMAN else _number
-    box = (written(float(getattr(point.box, name))) for name in _BOX)
+    x, y, width, height = (float(getattr(point.box, name)) for name in _BOX)
+    if point.provenance is Provenance.HUMAN:
+        box = map(_exact, (x, y, width, height))  # stays as it was drawn, to the digit
+    else:
+        box = map(_number, (x, y, max(width, _LEAST_SIZE), max(height, _LEAST_SIZE)))
     signals = (_number(getattr(point, name)) for name in _SIGNALS)
     return (point.state, point.provenance, *box, _number(point.confidence), *signals)
 
@@ -117,7 +125,7 @@ class LabelsCsvSink:
         exc: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._file.close()
+        close_file(self._file, exc_type)
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,7 +195,7 @@ def _add_row(row: dict[str, str], table: LabelsTable) -> None:
     if len(row) != len(LABELS_HEADER) or None in row.values():
         raise ValueError("not as many cells as columns")
     frame = int(row["frame"])
-    if frame < 0:
+    if not next(reversed(table.times_ns), 0) <= frame < 2**31:
         raise ValueError(f"frame {frame}")
     table.times_ns[frame] = _nanoseconds(row["time_s"])
     if row["state"] == OUTSIDE:
@@ -204,6 +212,6 @@ def _read_row(row: dict[str, str], table: LabelsTable, place: str) -> None:
         _add_row(row, table)
     except (ValueError, BoxError) as error:
         raise SitupError(
-            f"{place}: this is not a row that `situp-annotate run` writes ({error}); annotate the "
-            "video again."
+            f"{place}: this is not a row that `situp-annotate run` writes ({str(error)[:120]}); "
+            "annotate the video again."
         ) from error

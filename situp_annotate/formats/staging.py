@@ -1,22 +1,37 @@
 """Outputs appear whole or not at all: made beside their place, moved there when done."""
 
+import hashlib
 import os
-import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 from situp_annotate.errors import OutputError
+from situp_annotate.formats.disk import (
+    is_there,
+    make_folder,
+    remove,
+    sync,
+    sync_tree,
+    writing_to,
+)
 
 __all__ = [
     "discard_staging",
+    "hidden_beside",
+    "recover_staging",
     "refuse_existing",
     "refuse_foreign",
     "staged_entries",
     "staged_folder",
     "write_whole",
 ]
+
+_PARTIAL, _OLD = "partial", "old"
+
+_MOST_BYTES = 255
+"""Of a file's name, on most file systems."""
 
 
 def refuse_existing(places: Iterable[Path], *, overwrite: bool) -> None:
@@ -25,10 +40,10 @@ def refuse_existing(places: Iterable[Path], *, overwrite: bool) -> None:
     Raises
     ------
     OutputError
-        If something is at one of the places and must not be replaced.
+        If something is at one of the places and must not be replaced, or nothing can be there.
     """
-    present = [] if overwrite else [place for place in places if place.exists()]
-    if present:
+    present = [place for place in places if is_there(place)]
+    if present and not overwrite:
         more = f" and {len(present) - 1} more" if len(present) > 1 else ""
         raise OutputError(
             f"{present[0]}{more}: this is already there; replace it with --overwrite, or choose "
@@ -36,23 +51,57 @@ def refuse_existing(places: Iterable[Path], *, overwrite: bool) -> None:
         )
 
 
-def _beside(target: Path, suffix: str) -> Path:
+def _hidden_name(name: str, suffix: str) -> str:
+    hidden = f".{name}.{suffix}"
+    if len(os.fsencode(hidden)) <= _MOST_BYTES:
+        return hidden
+    return f".{hashlib.sha256(os.fsencode(name)).hexdigest()}.{suffix}"
+
+
+def hidden_beside(target: Path, suffix: str) -> Path:
     """A hidden place beside a target, even one that is given as ``.``."""
     whole = target.absolute()
-    return whole.parent / f".{whole.name}.{suffix}"
+    return whole.parent / _hidden_name(whole.name, suffix)
 
 
 def discard_staging(target: Path) -> None:
     """Remove what an interrupted :func:`staged_folder` of this target left behind."""
-    shutil.rmtree(_beside(target, "partial"), ignore_errors=True)
+    with suppress(OSError):
+        remove(hidden_beside(target, _PARTIAL))
 
 
-def _sync(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+def recover_staging(folder: Path, names: Collection[str]) -> None:
+    """Put in order what runs that were killed have left behind in a folder.
+
+    What was half made is removed. What was about to be replaced is put back, or removed if that
+    had been done already.
+
+    Parameters
+    ----------
+    folder : Path
+        Where targets of `staged_folder` and `write_whole` are; nobody else may be at work there.
+    names : collection of str
+        Names of the targets; nothing else is touched.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be read, or something cannot be put back.
+    """
+    with writing_to(folder):
+        if not folder.exists():
+            return
+        with os.scandir(folder) as entries:
+            present = {entry.name for entry in entries}
+        for name in names:
+            old, partial = _hidden_name(name, _OLD), _hidden_name(name, _PARTIAL)
+            if old in present and name not in present:
+                (folder / old).rename(folder / name)
+                sync(folder)
+            elif old in present:
+                remove(folder / old)
+            if partial in present:
+                remove(folder / partial)
 
 
 def refuse_foreign(target: Path, replaceable: frozenset[str]) -> None:
@@ -61,14 +110,28 @@ def refuse_foreign(target: Path, replaceable: frozenset[str]) -> None:
     Raises
     ------
     OutputError
-        If the folder holds anything but `replaceable`, as of `staged_folder`.
+        If it is no folder, or holds anything but `replaceable`, as of `staged_folder`.
     """
+    if not target.is_dir():
+        raise OutputError(f"{target}: a file is there; move it away, or choose another place.")
     for name in sorted(path.name for path in target.iterdir()):
         if not any(fnmatchcase(name, each) for each in replaceable):
             raise OutputError(
                 f"{target}: this folder holds {name!r}, which is not to be replaced; move it "
                 f"away, or choose another output folder."
             )
+
+
+@contextmanager
+def _staging(target: Path) -> Iterator[Path]:
+    """A new hidden folder beside a target, gone in the end."""
+    staging = hidden_beside(target, _PARTIAL)
+    remove(staging)
+    try:
+        make_folder(staging)
+        yield staging
+    finally:
+        remove(staging)
 
 
 @contextmanager
@@ -86,16 +149,16 @@ def staged_folder(target: Path, *, replaceable: frozenset[str] | None) -> Iterat
     Yields
     ------
     Path
-        A hidden folder beside the target to write into. Leaving normally puts it in the
-        target's place; leaving by an exception removes it.
+        A hidden folder beside the target to write into; an ``OSError`` in doing so becomes one
+        of those below. Leaving normally puts it in the target's place; leaving by an exception
+        removes it.
 
     Raises
     ------
     OutputError
-        If the target is there and must not be replaced, or the disk refuses.
+        If the target is there and must not be replaced, or as of `writing_to`.
     """
-    staging = _beside(target, "partial")
-    try:
+    with writing_to(target):
         if target.exists():
             if replaceable is None:
                 raise OutputError(
@@ -103,29 +166,29 @@ def staged_folder(target: Path, *, replaceable: frozenset[str] | None) -> Iterat
                     f"choose another output folder."
                 )
             refuse_foreign(target, replaceable)
-        shutil.rmtree(staging, ignore_errors=True)
-        staging.mkdir(parents=True)
-        yield staging
-        _publish(staging, target)
-    except OSError as error:
-        raise OutputError(f"{target}: cannot write here: {error.strerror or error}.") from error
-    finally:
-        shutil.rmtree(staging, ignore_errors=True)
+        with _staging(target) as staging:
+            yield staging
+            sync_tree(staging)
+            _publish(staging, target)
 
 
-def _publish(staging: Path, target: Path) -> None:
-    for path in staging.iterdir():
-        _sync(path)
-    _sync(staging)
-    if target.exists():
-        old = _beside(target, "old")
-        shutil.rmtree(old, ignore_errors=True)
-        target.rename(old)
-        staging.rename(target)
-        shutil.rmtree(old, ignore_errors=True)
-    else:
-        staging.rename(target)
-    _sync(target.parent)
+def _publish(folder: Path, target: Path) -> None:
+    """Put a folder in its place; one that stands there gives way."""
+    old = hidden_beside(target, _OLD)
+    replaces = target.exists()
+    if replaces:
+        remove(old)
+    try:
+        if replaces:
+            target.rename(old)
+        folder.rename(target)
+    except BaseException:
+        if replaces and not target.exists():
+            with suppress(OSError):
+                old.rename(target)
+        raise
+    sync(target.parent)
+    remove(old)
 
 
 @contextmanager
@@ -143,41 +206,31 @@ def staged_entries(target: Path, *, overwrite: bool) -> Iterator[Path]:
     Yields
     ------
     Path
-        A hidden, empty folder beside the target to write into.
+        A hidden, empty folder beside the target to write into, as of `staged_folder`.
 
     Raises
     ------
     OutputError
-        If the folder holds something and must not, or the disk refuses.
+        If the folder holds something and must not, or as of `writing_to`.
     """
-    staging = _beside(target, "partial")
-    try:
+    with writing_to(target):
         if not overwrite and target.exists() and (target.is_file() or any(target.iterdir())):
             raise OutputError(
                 f"{target}: something is there already; replace it with --overwrite, or choose "
                 f"another output folder."
             )
-        shutil.rmtree(staging, ignore_errors=True)
-        staging.mkdir(parents=True)
-        yield staging
-        target.mkdir(exist_ok=True)
-        for entry in sorted(staging.iterdir()):
-            _publish_entry(entry, target / entry.name)
-        _sync(target)
-    except OSError as error:
-        raise OutputError(f"{target}: cannot write here: {error.strerror or error}.") from error
-    finally:
-        shutil.rmtree(staging, ignore_errors=True)
+        with _staging(target) as staging:
+            yield staging
+            sync_tree(staging)
+            make_folder(target)
+            for entry in sorted(staging.iterdir()):
+                _publish_entry(entry, target / entry.name)
+            sync(target)
 
 
 def _publish_entry(entry: Path, place: Path) -> None:
-    _sync(entry)
-    if entry.is_dir() and place.is_dir() and not place.is_symlink():
-        old = _beside(place, "old")
-        shutil.rmtree(old, ignore_errors=True)
-        place.rename(old)
-        entry.rename(place)
-        shutil.rmtree(old, ignore_errors=True)
+    if entry.is_dir() and not place.is_symlink() and not place.is_file():
+        _publish(entry, place)
     else:
         entry.replace(place)
 
@@ -188,15 +241,16 @@ def write_whole(path: Path, content: str | bytes) -> None:
     Raises
     ------
     OutputError
-        If the disk refuses.
+        As of `writing_to`.
     """
-    partial = _beside(path, "partial")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_bytes(content.encode() if isinstance(content, str) else content)
-        _sync(partial)
-        partial.replace(path)
-    except OSError as error:
-        with suppress(OSError):
-            partial.unlink()
-        raise OutputError(f"{path}: cannot write here: {error.strerror or error}.") from error
+    with writing_to(path):
+        partial = hidden_beside(path, _PARTIAL)
+        make_folder(partial.parent)
+        try:
+            partial.write_bytes(content.encode() if isinstance(content, str) else content)
+            sync(partial)
+            partial.replace(path)
+            sync(partial.parent)
+        finally:
+            with suppress(OSError):
+                partial.unlink()

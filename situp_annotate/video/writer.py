@@ -1,10 +1,12 @@
 """H.264 video out, with the true time of every frame."""
 
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from fractions import Fraction
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import av
 
@@ -14,6 +16,9 @@ from situp_annotate.video.background import Background
 from situp_annotate.video.sound import SoundTrack
 from situp_annotate.video.x264 import TICKS_PER_SECOND, set_up_encoder, ticks, yuv_frame
 
+if TYPE_CHECKING:
+    from typing_extensions import Buffer
+
 __all__ = ["H264Writer"]
 
 _SECONDS_BETWEEN_KEYFRAMES = 2
@@ -21,6 +26,20 @@ _SECONDS_BETWEEN_KEYFRAMES = 2
 
 _RATES = (Fraction(1, 20_000), Fraction(TICKS_PER_SECOND))
 """Pictures a second: an mp4 has 31 bits for the ticks that one stands, and it is one at least."""
+
+
+class _WholeFile(FileIO):
+    """Takes all or raises an error. FFmpeg does not look how much a full disk has taken.
+
+    Nor does its binding close a file of its own whose header could not be written.
+    """
+
+    def write(self, data: "Buffer", /) -> int:
+        rest = memoryview(data).cast("B")
+        size = rest.nbytes
+        while rest:
+            rest = rest[super().write(rest) :]
+        return size
 
 
 class H264Writer:
@@ -66,8 +85,9 @@ class H264Writer:
         lowest, highest = _RATES
         rate = min(max(frame_rate, lowest), highest)
         self._path = path
+        self._file = _WholeFile(path.absolute(), "wb")
         self._container = av.open(
-            str(path), "w", format="mp4", container_options={"movflags": "+faststart"}
+            self._file, "w", format="mp4", container_options={"movflags": "+faststart"}
         )
         self._stream = self._container.add_stream(
             "libx264",
@@ -97,8 +117,10 @@ class H264Writer:
 
         Raises
         ------
+        OSError
+            If the disk refuses.
         OutputError
-            If the file cannot be written.
+            If the picture cannot be encoded.
         """
         (self._background or self._write)(image, pts_ns)
 
@@ -111,31 +133,41 @@ class H264Writer:
 
     def _encode(self, frame: av.VideoFrame | None, pts_ns: int | None) -> None:
         """Encode a picture and add what is heard up to its time; None ends both."""
-        try:
+        with self._naming_file():
             self._container.mux(self._stream.encode(frame))
             if self._sound is not None:
                 self._sound.write_until(pts_ns)
+
+    @contextmanager
+    def _naming_file(self) -> Iterator[None]:
+        """Let pass what the disk refuses, and give all else that FFmpeg refuses a name."""
+        try:
+            yield
+        except OSError:
+            raise
         except av.FFmpegError as error:
-            raise OutputError(f"{self._path}: cannot write the video: {error.strerror}.") from error
+            raise OutputError(
+                f"{self._path.name}: this video cannot be encoded: {error.strerror}."
+            ) from error
 
     def _finish(self) -> None:
         """Encode what is waiting, and write the index."""
         if self._background is not None:
             self._background.finish()
         self._encode(None, None)
-        try:
+        with self._naming_file():
             self._container.close()
-        except av.FFmpegError as error:
-            raise OutputError(
-                f"{self._path}: cannot finish the video: {error.strerror}."
-            ) from error
+        self._file.close()
 
     def _free(self) -> None:
         if self._background is not None:
             self._background.close()
         if self._sound is not None:
             self._sound.close()
-        with suppress(av.FFmpegError):
+        # In this order, or the index would be written to what is thrown away.
+        with suppress(OSError):
+            self._file.close()
+        with suppress(av.FFmpegError, OSError, ValueError):
             self._container.close()
 
     def __enter__(self) -> Self:

@@ -149,7 +149,7 @@ def test_a_video_of_the_run_is_never_replaced(tmp_path, command, name):
 def test_a_video_that_cannot_be_encoded_does_not_stop_the_others(out, tmp_path, monkeypatch):
     def refuse(writer, image, pts_ns, original=H264Writer.write):
         if "patch" in str(writer._path):
-            raise OutputError("patch.mp4: cannot write the video: Invalid argument.")
+            raise OutputError("patch.mp4: this video cannot be encoded: Invalid argument.")
         original(writer, image, pts_ns)
 
     monkeypatch.setattr(H264Writer, "write", refuse)
@@ -161,12 +161,12 @@ def test_a_video_that_cannot_be_encoded_does_not_stop_the_others(out, tmp_path, 
 
 def test_a_full_disk_stops_them_all(out, tmp_path, monkeypatch):
     def refuse(*_):
-        reason = OSError(28, "No space left on device")
-        raise OutputError("o: cannot write the video: No space left on device.") from reason
+        raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(H264Writer, "write", refuse)
     outcome = call("overlay", out, "-o", tmp_path / "o")
     assert outcome.exit_code == 5
+    assert f"{tmp_path / 'o'}: cannot write here: No space left on device; free" in outcome.stderr
     assert "left out" not in outcome.stderr
 
 

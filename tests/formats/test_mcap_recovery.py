@@ -1,10 +1,12 @@
 """Whatever becomes of an MCAP file: what is whole of it is rescued, and nothing else is."""
 
 import contextlib
+import errno
 import io
 import subprocess
 import sys
 import tempfile
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from situp_annotate.errors import OutputError, SitupError
+from situp_annotate.formats.mcap.records import file_records
 from situp_annotate.formats.mcap.recovery import recover_mcap
 
 MESSAGES = 300
@@ -226,7 +229,7 @@ def test_nothing_is_overwritten_unasked(tmp_path):
     assert len(read(target)) == MESSAGES
 
 
-@pytest.mark.parametrize("name", ["new.mcap.partial", ".new.mcap.partial", ".recovery-1"])
+@pytest.mark.parametrize("name", ["new.mcap.partial", ".new.mcap.partial", ".new.mcap.rescue"])
 @pytest.mark.parametrize("content", [WHOLE, WHOLE[:-9], WHOLE[:120]])
 def test_the_source_is_never_touched(tmp_path, name, content):
     source = tmp_path / name
@@ -243,6 +246,24 @@ def test_a_place_that_cannot_be_written_is_told_of(tmp_path):
     source.write_bytes(WHOLE)
     with pytest.raises(OutputError, match="cannot write here"):
         recover_mcap(source, tmp_path / "none" / "b.mcap")
+
+
+def test_a_source_that_cannot_be_read_is_not_taken_for_a_full_disk(tmp_path, monkeypatch):
+    def stumble(file):
+        yield from islice(file_records(file), 3)
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr("situp_annotate.formats.mcap.recovery.file_records", stumble)
+    with pytest.raises(SitupError, match=r"source\.mcap\.partial: cannot be read: Input") as caught:
+        rescue(WHOLE, tmp_path / "new.mcap")
+    assert not isinstance(caught.value, OutputError)
+    assert [each.name for each in tmp_path.iterdir()] == ["source.mcap.partial"]
+
+
+def test_a_target_may_have_the_longest_of_names(tmp_path):
+    target = tmp_path / f"{'x' * 250}.mcap"
+    rescue(WHOLE, target)
+    assert len(read(target)) == MESSAGES
 
 
 KILLED = """

@@ -1,14 +1,22 @@
 """Folders and files that appear whole or not at all."""
 
+import errno
+import os
 import shutil
+import subprocess
+import sys
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 
 import pytest
 
-from situp_annotate.errors import OutputError
+from situp_annotate.errors import DiskError, OutputError
 from situp_annotate.formats.staging import (
     discard_staging,
+    hidden_beside,
+    recover_staging,
+    refuse_existing,
     staged_entries,
     staged_folder,
     write_whole,
@@ -199,3 +207,184 @@ def test_a_folder_is_no_place_for_a_file(tmp_path, monkeypatch):
         write_whole(Path(), "text")
     discard_staging(Path())
     assert names(tmp_path) == []
+
+
+KILLED = """
+import os, sys
+from pathlib import Path
+from situp_annotate.formats import staging
+
+moves = int(sys.argv[2])
+rename = Path.rename
+
+def move(path, target):
+    global moves
+    if moves == 0:
+        os._exit(9)
+    moves -= 1
+    return rename(path, target)
+
+Path.rename = move
+staging.sync = lambda path: os._exit(9)  # comes after the moves
+with staging.staged_folder(Path(sys.argv[1]), replaceable=frozenset({"a.csv"})) as folder:
+    (folder / "a.csv").write_text("new")
+"""
+
+
+@pytest.mark.parametrize(
+    ("moves", "left", "content"),
+    [
+        (0, [".video.partial", "video"], "old"),
+        (1, [".video.old", ".video.partial"], "old"),
+        (2, [".video.old", "video"], "new"),
+    ],
+)
+def test_a_replacement_that_is_killed_is_undone_or_done(tmp_path, moves, left, content):
+    (tmp_path / "video").mkdir()
+    (tmp_path / "video" / "a.csv").write_text("old")
+    command = [sys.executable, "-c", KILLED, str(tmp_path / "video"), str(moves)]
+    assert subprocess.run(command, check=False).returncode == 9
+    assert names(tmp_path) == left
+    recover_staging(tmp_path, ["other", "video"])
+    assert names(tmp_path) == ["video"]
+    assert (tmp_path / "video" / "a.csv").read_text() == content
+
+
+@pytest.mark.parametrize("name", ["x" * 255, "new\nline", "-v", "é"])
+def test_names_of_any_kind_are_recovered(tmp_path, name):
+    hidden_beside(tmp_path / name, "old").mkdir()
+    hidden_beside(tmp_path / name, "partial").write_text("half a file")
+    recover_staging(tmp_path, [name])
+    assert names(tmp_path) == [name]
+
+
+def test_recovery_touches_nothing_else(tmp_path):
+    theirs = [".git", ".notes.old", ".notes.partial", "video.partial", ".video.older", ".video"]
+    for name in theirs:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "file").touch()
+    recover_staging(tmp_path, ["video", "git"])
+    assert names(tmp_path) == sorted(theirs)
+    assert all(names(tmp_path / name) == ["file"] for name in theirs)
+
+
+def test_recovery_looks_once_however_many_names_there_are(tmp_path, monkeypatch):
+    looks = []
+
+    def look(original, *arguments, **options):
+        looks.append(arguments)
+        return original(*arguments, **options)
+
+    for call in ("stat", "lstat", "unlink", "rename", "scandir"):
+        monkeypatch.setattr(os, call, partial(look, getattr(os, call)))
+    recover_staging(tmp_path, [str(number) for number in range(10_000)])
+    assert len(looks) < 5
+
+
+def test_nothing_is_to_be_recovered_where_nothing_is(tmp_path):
+    recover_staging(tmp_path / "none", ["video"])
+    assert names(tmp_path) == []
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match="file: cannot write here: Not a directory"):
+        recover_staging(tmp_path / "file", ["video"])
+
+
+def test_a_move_that_is_refused_leaves_the_old(tmp_path, monkeypatch):
+    (tmp_path / "video").mkdir()
+    (tmp_path / "video" / "a.csv").write_text("old")
+    rename = Path.rename
+
+    def refuse(path, target):
+        if path.name == ".video.partial":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "rename", refuse)
+    with (
+        pytest.raises(DiskError, match="video: cannot write here: No space left"),
+        staged_folder(tmp_path / "video", replaceable=frozenset({"a.csv"})) as folder,
+    ):
+        (folder / "a.csv").write_text("new")
+    assert names(tmp_path) == ["video"]
+    assert (tmp_path / "video" / "a.csv").read_text() == "old"
+
+
+@pytest.mark.parametrize("stage", [staged_folder, staged_entries])
+def test_all_is_on_the_disk_before_any_of_it_appears(tmp_path, monkeypatch, stage):
+    target = tmp_path / "new" / "video"
+    before, after = set(), set()
+
+    def note(file):
+        there = target.exists() and any(target.iterdir())
+        (after if there else before).add(os.fstat(file).st_ino)
+
+    monkeypatch.setattr(os, "fsync", note)
+    options = {"replaceable": None} if stage is staged_folder else {"overwrite": False}
+    with stage(target, **options) as folder:
+        (folder / "yolo" / "labels").mkdir(parents=True)
+        (folder / "yolo" / "labels" / "0.txt").write_text("0")
+        (folder / "a.csv").write_text("a")
+    made = {path.stat().st_ino for path in target.rglob("*")}
+    assert len(made) == 4
+    assert made | {tmp_path.stat().st_ino, target.parent.stat().st_ino} <= before
+    assert (target.parent if stage is staged_folder else target).stat().st_ino in after
+
+
+def test_a_file_is_on_the_disk_before_it_appears(tmp_path, monkeypatch):
+    path, seen = tmp_path / "new" / "batch.json", []
+    monkeypatch.setattr(
+        os, "fsync", lambda file: seen.append((os.fstat(file).st_ino, names(path.parent)))
+    )
+    write_whole(path, "text")
+    assert seen == [
+        (tmp_path.stat().st_ino, []),
+        (path.stat().st_ino, [".batch.json.partial"]),
+        (path.parent.stat().st_ino, ["batch.json"]),
+    ]
+
+
+def test_an_interrupted_file_leaves_nothing(tmp_path, monkeypatch):
+    def interrupt(file):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_whole(tmp_path / "batch.json", "text")
+    assert names(tmp_path) == []
+
+
+def test_what_is_aside_goes_when_a_new_one_is_there(tmp_path):
+    """As after a replacement that was killed, where nobody recovers."""
+    for name in ("whole", "entries/labels"):
+        hidden_beside(tmp_path / name, "old").mkdir(parents=True)
+    with staged_folder(tmp_path / "whole", replaceable=None):
+        pass
+    with staged_entries(tmp_path / "entries", overwrite=True) as folder:
+        (folder / "labels").mkdir()
+    assert names(tmp_path) == ["entries", "whole"]
+    assert names(tmp_path / "entries") == ["labels"]
+
+
+def test_a_file_in_place_of_a_folder_is_never_replaced(tmp_path):
+    (tmp_path / "video").write_text("mine")
+    for replaceable, message in ((None, "already there"), (frozenset({"*"}), "a file is there")):
+        with (
+            pytest.raises(OutputError, match=message),
+            staged_folder(tmp_path / "video", replaceable=replaceable),
+        ):
+            pass
+    assert (tmp_path / "video").read_text() == "mine"
+    assert names(tmp_path) == ["video"]
+
+
+def test_nothing_is_refused_unless_something_stands_there(tmp_path):
+    (tmp_path / "b").touch()
+    (tmp_path / "c").touch()
+    places = [tmp_path / name for name in "abc"]
+    with pytest.raises(OutputError, match=r"/b and 1 more: this is already there"):
+        refuse_existing(places, overwrite=False)
+    refuse_existing(places, overwrite=True)
+    refuse_existing(places[:1], overwrite=False)
+    for overwrite in (False, True):
+        with pytest.raises(OutputError, match="File name too long"):
+            refuse_existing([tmp_path / ("x" * 256)], overwrite=overwrite)

@@ -2,6 +2,7 @@
 
 import threading
 from fractions import Fraction
+from pathlib import Path
 
 import av
 import cv2
@@ -124,18 +125,46 @@ def test_a_failure_passes_through(tmp_path):
 
 
 @pytest.mark.parametrize("background", [False, True])
-def test_a_full_disk_is_an_output_error(background):
-    from pathlib import Path
-
+def test_a_full_disk_is_told_as_it_is(background):
     full = Path("/dev/full")
     if not full.exists():
         pytest.skip("no /dev/full here")
     before = threading.active_count()
     rng = np.random.default_rng(0)
     images = [rng.integers(0, 256, (240, 320, 3), np.uint8) for _ in range(60)]
-    with pytest.raises(OutputError, match="cannot"):
+    with pytest.raises(OSError, match="No space left on device"):
         write(full, images, [k * 40_000_000 for k in range(60)], background=background)
     assert threading.active_count() == before
+
+
+def test_what_cannot_be_encoded_is_an_output_error(tmp_path):
+    with pytest.raises(OutputError, match=r"^v\.mp4: this video cannot be encoded: "):
+        write(tmp_path / "v.mp4", [draw_index(0)], [0], preset="no such preset")
+
+
+@pytest.mark.parametrize("background", [False, True])
+@pytest.mark.parametrize("written", [0, 60])
+def test_nothing_is_open_after_a_failure_and_no_index_written(tmp_path, background, written):
+    path = tmp_path / "v.mp4"
+    options = {"width": 64, "height": 48, "frame_rate": Fraction(30), "background": background}
+    with (
+        pytest.raises(ZeroDivisionError),
+        H264Writer(path, **options) as writer,
+    ):
+        for index in range(written):
+            writer.write(draw_index(index), index * 40_000_000)
+        raise ZeroDivisionError
+    with pytest.raises(ValueError, match="closed"):
+        writer._file.write(b"more")
+    assert b"moov" not in path.read_bytes()
+
+
+def test_a_path_is_never_taken_for_a_protocol(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for folder in ("http:", "concat:", "file:", "-", "pipe:1"):
+        (tmp_path / folder).mkdir()
+        path = write(Path(folder) / "v.mp4", [draw_index(0)], [0])
+        assert len(decode(path.absolute())) == 1
 
 
 def test_the_colour_matrix_is_said_and_true(tmp_path):

@@ -1,6 +1,6 @@
 """An MCAP file that appears whole: beside its place until it is finished."""
 
-import os
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -8,11 +8,10 @@ from typing import Self
 from google.protobuf.timestamp_pb2 import Timestamp
 from mcap.writer import CompressionType, Writer
 
+from situp_annotate.formats.disk import sync
 from situp_annotate.types import NS_PER_S
 
-__all__ = ["PARTIAL_SUFFIX", "McapFile", "timestamp"]
-
-PARTIAL_SUFFIX = ".partial"
+__all__ = ["McapFile", "timestamp"]
 
 
 def timestamp(time_ns: int) -> Timestamp:
@@ -25,12 +24,14 @@ class McapFile:
     """Writes ``PATH.partial``, and makes it PATH once it is finished and on the disk.
 
     A context manager. Leaving it by an exception removes what there is; being killed leaves it,
-    up to the writer's last flush, to `recover_mcap`.
+    up to the writer's last flush, to `recover_mcap`. What the disk refuses is an ``OSError``.
 
     Parameters
     ----------
     path : Path
         The file to be.
+    partial : Path, optional
+        Where it is until then, in the same folder, instead of ``PATH.partial``.
     profile, library : str
         Go into the header.
 
@@ -40,9 +41,16 @@ class McapFile:
         Takes schemas, channels, messages, attachments and metadata; started.
     """
 
-    def __init__(self, path: Path, *, profile: str = "", library: str = "situp-annotate") -> None:
+    def __init__(
+        self,
+        path: Path,
+        *,
+        partial: Path | None = None,
+        profile: str = "",
+        library: str = "situp-annotate",
+    ) -> None:
         self._path = path
-        self._partial = path.with_name(path.name + PARTIAL_SUFFIX)
+        self._partial = partial or path.with_name(f"{path.name}.partial")
         self._file = self._partial.open("wb")
         self.writer = Writer(self._file, compression=CompressionType.ZSTD)
         self.writer.start(profile=profile, library=library)
@@ -57,12 +65,17 @@ class McapFile:
         traceback: TracebackType | None,
     ) -> None:
         try:
-            with self._file:
-                if exc_type is None:
-                    self.writer.finish()  # type: ignore[no-untyped-call]
-                    self._file.flush()
-                    os.fsync(self._file.fileno())
             if exc_type is None:
-                self._partial.replace(self._path)
+                self._finish()
         finally:
-            self._partial.unlink(missing_ok=True)
+            with suppress(OSError):  # a full disk has been told of by now
+                self._file.close()
+            with suppress(OSError):
+                self._partial.unlink()
+
+    def _finish(self) -> None:
+        self.writer.finish()  # type: ignore[no-untyped-call]
+        self._file.close()
+        sync(self._partial)
+        self._partial.replace(self._path)
+        sync(self._path.parent)

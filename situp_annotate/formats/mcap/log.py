@@ -4,6 +4,7 @@ Viewers pair the picture with the boxes by the topics' common prefix and by equa
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import closing, nullcontext
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -193,10 +194,9 @@ class McapSink:
         exc: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        if self._pictures is not None:
-            self._pictures.close()
-        if exc_type is not None:
-            self._file.__exit__(exc_type, exc, traceback)
-            return
-        with self._file:
-            self._finish()
+        with closing(self._pictures) if self._pictures is not None else nullcontext():
+            if exc_type is not None:
+                self._file.__exit__(exc_type, exc, traceback)
+                return
+            with self._file:
+                self._finish()

@@ -1,10 +1,10 @@
 """Rescue what is whole of an MCAP file that was not finished, was cut off, or is damaged."""
 
 from collections import ChainMap, Counter
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import BinaryIO
 
 from mcap.opcode import Opcode
@@ -12,6 +12,7 @@ from mcap.records import Attachment, Channel, Chunk, Header, Message, Metadata, 
 from mcap.writer import MCAP0_MAGIC, Writer
 
 from situp_annotate.errors import OutputError, SitupError
+from situp_annotate.formats.disk import is_there, writing_to
 from situp_annotate.formats.mcap.file import McapFile
 from situp_annotate.formats.mcap.records import (
     DamagedRecordError,
@@ -20,7 +21,7 @@ from situp_annotate.formats.mcap.records import (
     file_records,
     parse_record,
 )
-from situp_annotate.formats.staging import refuse_existing
+from situp_annotate.formats.staging import hidden_beside, refuse_existing
 
 __all__ = ["Recovery", "recover_mcap"]
 
@@ -199,37 +200,29 @@ def recover_mcap(source: Path, target: Path, *, overwrite: bool = False) -> Reco
                 f"{source}: this is no MCAP file, for it does not begin as one; name a file such "
                 "as annotations.mcap.partial."
             )
-        _refuse(source, target, overwrite=overwrite)
-        try:
-            return _rescue_beside(file, target)
-        except OSError as error:
-            raise OutputError(f"{target}: cannot write here: {error.strerror or error}.") from error
+        with writing_to(target):
+            # TARGET.partial may be the very file to be rescued.
+            partial = hidden_beside(target, "rescue")
+            _refuse(source, target, partial, overwrite=overwrite)
+            return _rescue(file, target, partial)
 
 
-def _refuse(source: Path, target: Path, *, overwrite: bool) -> None:
-    if target.exists() and target.samefile(source):
-        raise OutputError(
-            f"{target}: this is the file to be rescued, which would be lost; choose another with "
-            "--output."
-        )
+def _refuse(source: Path, target: Path, partial: Path, *, overwrite: bool) -> None:
+    for place in (target, partial):
+        if is_there(place) and place.samefile(source):
+            raise OutputError(
+                f"{place}: this is the file to be rescued, which would be lost; choose another "
+                "with --output."
+            )
     refuse_existing([target], overwrite=overwrite)
 
 
-def _rescue_beside(file: BinaryIO, target: Path) -> Recovery:
-    # In a folder that was not there: TARGET.partial may be the very file to be rescued.
-    with TemporaryDirectory(prefix=".recovery-", dir=target.parent) as folder:
-        whole = Path(folder) / target.name
-        recovery = _rescue(file, whole)
-        whole.replace(target)
-    return recovery
-
-
-def _rescue(file: BinaryIO, target: Path) -> Recovery:
+def _rescue(file: BinaryIO, target: Path, partial: Path) -> Recovery:
     header, definitions = _outside_of_chunks(file)
-    with McapFile(target, profile=header.profile, library=header.library) as log:
+    with McapFile(target, partial=partial, profile=header.profile, library=header.library) as log:
         rescuer = _Rescuer(log.writer, definitions)
         opcode = None
-        for opcode, content in file_records(file):
+        for opcode, content in _records(file):
             rescuer.take(opcode, content)
         recovery = rescuer.recovery
         recovery.finished = opcode == Opcode.FOOTER and file.read() == MCAP0_MAGIC
@@ -240,11 +233,19 @@ def _rescue(file: BinaryIO, target: Path) -> Recovery:
     return recovery
 
 
+def _records(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
+    """As of `file_records`; so that what cannot be read is not taken for what cannot be written."""
+    try:
+        yield from file_records(file)
+    except OSError as error:
+        raise SitupError(f"{file.name}: cannot be read: {error.strerror or error}.") from error
+
+
 def _outside_of_chunks(file: BinaryIO) -> tuple[Header, list[Schema | Channel]]:
     """The header, and the schemas and channels that stand outside of chunks."""
     header = Header(profile="", library="")
     definitions: list[Schema | Channel] = []
-    for opcode, content in file_records(file):
+    for opcode, content in _records(file):
         if opcode in (Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL):
             with suppress(DamagedRecordError):
                 match parse_record(opcode, content):

@@ -14,10 +14,20 @@ from types import TracebackType
 from typing import Self
 
 from situp_annotate.errors import BoxError, SitupError
+from situp_annotate.formats.sinks import close_file
 from situp_annotate.formats.zipped import read_text
 from situp_annotate.types import BoundingBox, Frame, State, TrackPoint
 
-__all__ = ["NO_TRACK", "MotRow", "MotSink", "parse_mot", "read_mot", "result_row", "truth_row"]
+__all__ = [
+    "LARGEST",
+    "NO_TRACK",
+    "MotRow",
+    "MotSink",
+    "parse_mot",
+    "read_mot",
+    "result_row",
+    "truth_row",
+]
 
 NO_TRACK = -1
 """Id of boxes that belong to no track: those of a detector."""
@@ -27,7 +37,7 @@ _COLUMNS = 7
 
 _TRUTH_COLUMNS = 9
 
-_LARGEST = 2**31 - 1
+LARGEST = 2**31 - 1
 """Of frames, ids and classes."""
 
 
@@ -132,12 +142,12 @@ class MotSink:
         exc: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._file.close()
+        close_file(self._file, exc_type)
 
 
 def _whole(cell: str, name: str, least: int) -> int:
     number = float(cell)
-    if not (number.is_integer() and least <= number <= _LARGEST):
+    if not (number.is_integer() and least <= number <= LARGEST):
         raise ValueError(f"{name} {cell.strip()}")
     return int(number)
 
@@ -165,7 +175,7 @@ def _parse(line: str, pixel_origin: int) -> MotRow:
         return row
     return replace(
         row,
-        class_number=_whole(cells[7], "class", -_LARGEST),
+        class_number=_whole(cells[7], "class", -LARGEST),
         visibility=_finite(cells[8], "visibility"),
     )
 
@@ -196,8 +206,8 @@ def parse_mot(text: str, place: str, *, pixel_origin: int = 0) -> list[MotRow]:
             row = _parse(line, pixel_origin)
         except (ValueError, BoxError) as error:
             raise SitupError(
-                f"{place}: line {number}: {line[:80]!r} is not a row of MOT ({error}); give frame "
-                f"from 1, id, left, top, width, height, confidence."
+                f"{place}: line {number}: {line[:80]!r} is not a row of MOT ({str(error)[:120]}); "
+                "give frame from 1, id, left, top, width, height, confidence."
             ) from error
         key = (row.frame, row.track_id)
         if key in seen:
