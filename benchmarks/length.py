@@ -23,7 +23,7 @@ import numpy as np
 from situp_annotate import annotate_video, load_recipe
 from situp_annotate.compiling import compile_kernels
 from situp_annotate.evaluation import OtbSequence, find_sequences
-from situp_annotate.executors import ProcessExecutor, result_of
+from situp_annotate.executors import ProcessExecutor
 from situp_annotate.types import BoundingBox, Keyframe, Track, VideoJob
 from situp_annotate.video import open_video
 from situp_annotate.video.writer import H264Writer
@@ -77,16 +77,12 @@ def generate(sequence: OtbSequence, path: Path, frames: int) -> VideoJob:
 
 def cost_of(job: VideoJob, output: Path, direction: str) -> Cost:
     """Annotate in this process and read its peak; runs in a fresh worker."""
+    cv2.setNumThreads(1)
+    compile_kernels()
     recipe = load_recipe("csv_only", [f"propagation.direction={direction}"])
     report = annotate_video(job, output, recipe, cache=False)
     (kilobytes,) = re.findall(r"VmHWM:\s+(\d+) kB", Path("/proc/self/status").read_text())
     return Cost(report.frames, report.seconds["total"], int(kilobytes) / 1000)
-
-
-def start_worker() -> None:
-    """What the batch does first in every worker."""
-    cv2.setNumThreads(1)
-    compile_kernels()
 
 
 @click.command(help=__doc__)
@@ -98,11 +94,11 @@ def main(sequences: Path, minutes: float, json_path: Path) -> None:
     frames = round(60 * minutes * FRAMES_PER_S)
     longest = max(find_sequences(sequences), key=lambda each: len(each.targets[0].truth))
     costs = {}
-    with tempfile.TemporaryDirectory() as name, ProcessExecutor(1, start_worker, ()) as pool:
+    with tempfile.TemporaryDirectory() as name, ProcessExecutor(1) as pool:
         folder = Path(name)
         job = generate(longest, folder / "long.mp4", frames)
         for direction in ("forward", "both"):
-            cost = result_of(pool.submit(cost_of, job, folder / direction, direction))
+            cost = pool.submit(cost_of, job, folder / direction, direction).result()
             costs[direction] = cost
             print(
                 f"{direction}: {cost.frames} frames in {cost.seconds:.1f} s, "

@@ -21,7 +21,7 @@ import numpy as np
 
 from situp_annotate import annotate_video
 from situp_annotate.evaluation import OtbSequence, find_sequences
-from situp_annotate.executors import ProcessExecutor, result_of
+from situp_annotate.executors import ProcessExecutor
 from situp_annotate.types import BoundingBox, Keyframe, Track, VideoJob
 from situp_annotate.video import open_video
 from situp_annotate.video.writer import H264Writer
@@ -58,14 +58,10 @@ def enlarge(sequence: OtbSequence, frames: int, path: Path) -> VideoJob:
 
 def peak_of(job: VideoJob, output: Path) -> Peak:
     """Annotate in this process and read its peak; runs in a fresh worker."""
+    cv2.setNumThreads(1)
     report = annotate_video(job, output)
     (kilobytes,) = re.findall(r"VmHWM:\s+(\d+) kB", Path("/proc/self/status").read_text())
     return Peak(report.frames, int(kilobytes) / 1000)
-
-
-def one_opencv_thread() -> None:
-    """What the batch does first in every worker."""
-    cv2.setNumThreads(1)
 
 
 @click.command(help=__doc__)
@@ -75,11 +71,11 @@ def main(sequences: Path, json_path: Path) -> None:
     """Measure both videos, print and write the figures."""
     longest = max(find_sequences(sequences), key=lambda each: len(each.targets[0].truth))
     peaks = []
-    with tempfile.TemporaryDirectory() as name, ProcessExecutor(1, one_opencv_thread, ()) as pool:
+    with tempfile.TemporaryDirectory() as name, ProcessExecutor(1) as pool:
         folder = Path(name)
         for frames in LENGTHS:
             job = enlarge(longest, frames, folder / f"{frames}.mp4")
-            peaks.append(result_of(pool.submit(peak_of, job, folder / "out")))
+            peaks.append(pool.submit(peak_of, job, folder / "out").result())
             print(f"{longest.name}, {peaks[-1].frames} frames: {peaks[-1].megabytes:.0f} MB")
     bars = {
         "peak_mb": peaks[-1].megabytes,

@@ -17,7 +17,7 @@ from filelock import FileLock
 from situp_annotate.tracking import SitupTracker, hog
 from situp_annotate.types import BoundingBox
 
-__all__ = ["compile_kernels", "kernels_are_compiled"]
+__all__ = ["compile_kernels", "kernels_are_compiled", "load_kernels"]
 
 
 def _marker() -> Path:
@@ -45,11 +45,20 @@ def compile_kernels() -> None:
         return
     marker.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(marker.with_suffix(".lock")):
-        if marker.exists():
-            return
-        for image in (np.zeros((64, 64, 3), np.uint8), np.zeros((64, 64), np.uint8)):
-            for side in (16, 120):  # at full and at half size
-                tracker = SitupTracker()
-                tracker.init(image, BoundingBox(0, 0, side, side))
-                tracker.update(image)
-        marker.touch()
+        if not marker.exists():
+            _call_all()
+            marker.touch()
+
+
+def load_kernels() -> None:
+    """Load the machine code of all kernels into this process, compiling it if need be."""
+    compile_kernels()
+    _call_all()
+
+
+def _call_all() -> None:
+    for image in (np.zeros((64, 64, 3), np.uint8), np.zeros((64, 64), np.uint8)):
+        for side in (16, 120):  # at full and at half size
+            tracker = SitupTracker()
+            tracker.init(image, BoundingBox(0, 0, side, side))
+            tracker.update(image)

@@ -1,13 +1,26 @@
 """What became of a video and its tracks: values that travel from a worker to its parent."""
 
+import hashlib
+import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
+from fractions import Fraction
+from functools import cache
 from typing import Any
+
+from pydantic import TypeAdapter
 
 from situp_annotate.errors import SitupError
 from situp_annotate.propagation import Skip, Suggestion
 from situp_annotate.types import Finding, Provenance, State, TrackPoint, VideoInfo, VideoJob
 
-__all__ = ["CacheUse", "TrackSummary", "VideoFailure", "VideoReport"]
+__all__ = ["CacheUse", "TrackSummary", "VideoFailure", "VideoReport", "entry_sha256"]
+
+
+def entry_sha256(job: VideoJob) -> str:
+    """Hash of what a person drew in a video: in hexadecimal, without the video itself."""
+    tracks = json.dumps([asdict(track) for track in job.tracks], sort_keys=True)
+    return hashlib.sha256(tracks.encode()).hexdigest()
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +101,8 @@ class CacheUse:
         Those of them that an earlier run had made.
     """
 
-    passes: int
-    reused: int
+    passes: int = 0
+    reused: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +117,8 @@ class VideoReport:
         What is known of the video.
     sha256 : str
         Hash of its content.
+    entry_sha256 : str
+        Hash of what a person drew in it; see :func:`entry_sha256`.
     frames : int
         Decoded and labelled.
     tracks : tuple of TrackSummary
@@ -117,30 +132,58 @@ class VideoReport:
     cache : CacheUse
         How much of the tracking was done before.
     seconds : dict of str to float
-        Time spent in each stage, and ``total``.
+        Time spent in each stage, and ``total``; empty if that is not known any more.
     """
 
     id: str
     video: VideoInfo
     sha256: str
+    entry_sha256: str
     frames: int
     tracks: tuple[TrackSummary, ...]
     skipped: tuple[Skip, ...]
     findings: tuple[Finding, ...]
     outputs: tuple[str, ...]
-    cache: CacheUse
-    seconds: dict[str, float]
+    cache: CacheUse = field(default_factory=CacheUse)
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def circumstances(self) -> dict[str, Any]:
+        """What another run with the same outcome would not have in common with this one."""
+        seconds = {stage: round(value, 3) for stage, value in self.seconds.items()}
+        return {"cache": asdict(self.cache), "seconds": seconds}
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain JSON data."""
+        """Plain JSON data, but for the circumstances."""
         plain = asdict(self)
+        del plain["cache"], plain["seconds"]
         plain["video"] |= {
             "path": str(self.video.path),
             "frame_rate": str(self.video.frame_rate),
             "pixel_aspect_ratio": str(self.video.pixel_aspect_ratio),
         }
-        plain["seconds"] = {stage: round(value, 3) for stage, value in self.seconds.items()}
         return {"status": "ok", **plain}
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, Any]) -> "VideoReport":
+        """The report that this plain data was made from; other keys are passed over.
+
+        Raises
+        ------
+        ValueError
+            If it is no such data.
+        """
+        try:
+            numbers = ("frame_rate", "pixel_aspect_ratio")
+            video = {**plain["video"], **{name: Fraction(plain["video"][name]) for name in numbers}}
+            return _adapter().validate_python({**plain, "video": video})
+        except (KeyError, TypeError, ZeroDivisionError) as error:
+            raise ValueError(f"this is no report of a video: {error}") from error
+
+
+@cache
+def _adapter() -> TypeAdapter[VideoReport]:
+    return TypeAdapter(VideoReport)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,7 @@
 """Annotate one video: decode, propagate, write. What a worker process does."""
 
 import json
+import logging
 import platform
 from functools import partial
 from importlib.metadata import version
@@ -9,8 +10,8 @@ from pathlib import Path
 import cv2
 
 from situp_annotate.cache import CACHE_FOLDER, VideoCache
-from situp_annotate.formats.staging import staged_folder, write_whole
-from situp_annotate.outcomes import CacheUse, VideoReport
+from situp_annotate.formats.staging import staged_folder
+from situp_annotate.outcomes import CacheUse, VideoReport, entry_sha256
 from situp_annotate.outputs import OUTPUTS
 from situp_annotate.propagation import Labels, Survey, propagate
 from situp_annotate.recipe import Recipe
@@ -30,6 +31,8 @@ from situp_annotate.writing import write_labels
 __all__ = ["annotate_video", "versions"]
 
 _BYTES_PER_MB = 2**20
+
+_log = logging.getLogger(__name__)
 
 
 def versions() -> dict[str, str]:
@@ -125,7 +128,7 @@ def annotate_video(
     Returns
     -------
     VideoReport
-        The same as is written to ``summary.json``.
+        What is written to ``summary.json``, and how long it took.
 
     Raises
     ------
@@ -159,6 +162,7 @@ def annotate_video(
             id=job.id,
             video=walk.info,
             sha256=sha256,
+            entry_sha256=entry_sha256(job),
             frames=labels.frame_count,
             tracks=written.tracks,
             skipped=labels.skipped,
@@ -169,7 +173,34 @@ def annotate_video(
         )
         details = {"recipe": recipe.as_dict(), "versions": versions()}
         summary_json = json.dumps({**report.as_dict(), **details}, indent=2, ensure_ascii=False)
-        write_whole(folder / SUMMARY_FILE, summary_json + "\n")
-    kept.drop_unused()
+        path = folder / SUMMARY_FILE
+        path.write_text(summary_json + "\n", encoding="utf-8", newline="\n")
+        kept.drop_unused()  # a run that is killed after this has left nothing behind
     progress.finish()
+    _log_report(report, recipe)
     return report
+
+
+def _log_report(report: VideoReport, recipe: Recipe) -> None:
+    """Tell what was done, a line each thing."""
+    video = report.video
+    _log.info(
+        "%s: %s: %d × %d, %s, %d frames at %.6g frames a second, decoded by %s",
+        *(report.id, video.path, video.width, video.height, video.codec, report.frames),
+        *(float(video.frame_rate), video.decoder),
+    )
+    for finding in report.findings:
+        _log.warning("%s: %s", report.id, finding.message)
+    for skip in report.skipped:
+        _log.warning("%s: %s", report.id, skip.reason)
+    _log.info(
+        "%s: %d tracks by recipe %s, %d of %d passes from the cache",
+        *(report.id, len(report.tracks), recipe.sha256[:12]),
+        *(report.cache.reused, report.cache.passes),
+    )
+    stages = sorted(report.seconds.items(), key=lambda item: -item[1])
+    _log.info(
+        "%s: wrote %s (seconds: %s)",
+        *(report.id, ", ".join(report.outputs)),
+        ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in stages),
+    )

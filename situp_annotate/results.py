@@ -1,20 +1,25 @@
 """Read back what a run has written, for whatever is made of it later."""
 
 import json
+import re
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from situp_annotate.errors import ManifestError, SitupError
 from situp_annotate.formats.labelled import LabelledTrack, LabelledVideo
 from situp_annotate.formats.labels_csv import read_labels_csv
 from situp_annotate.formats.manifest import load_manifest
+from situp_annotate.formats.manifest.ids import is_safe_id
 from situp_annotate.types import VideoInfo, VideoJob
 
 __all__ = [
     "BATCH_FILE",
     "LABELS_FILE",
+    "LOG_FOLDER",
     "MANIFEST_FILE",
     "REPORT_FILE",
     "SUMMARY_FILE",
@@ -32,6 +37,9 @@ BATCH_FILE = "batch.json"
 LABELS_FILE = "labels.csv"
 """In the folder of a video: its labels."""
 
+LOG_FOLDER = "logs"
+"""In the output folder: what happened to each video, a file each."""
+
 MANIFEST_FILE = "manifest.json"
 """In the folder of a video: the manifest of this video alone, as the run was given it."""
 
@@ -48,9 +56,16 @@ def labelled_video(folder: Path, job: VideoJob, info: VideoInfo, frame_count: in
     Raises
     ------
     SitupError
-        If ``labels.csv`` is not there, or not a run's.
+        If ``labels.csv`` is not there, not a run's, or of a longer video.
     """
-    table = read_labels_csv(folder / LABELS_FILE)
+    path = folder / LABELS_FILE
+    table = read_labels_csv(path)
+    last = max(table.times_ns, default=-1)
+    if last >= frame_count:
+        raise SitupError(
+            f"{path}: frame {last} has labels, but the video has {frame_count} frames; annotate "
+            "the video again."
+        )
     tracks = sorted(job.tracks, key=lambda track: track.id)
     return LabelledVideo(
         id=job.id,
@@ -68,7 +83,7 @@ def _read_json(path: Path, *, otherwise: str) -> Any:  # noqa: ANN401
         raise SitupError(
             f"{path}: cannot be read ({error.strerror or error}); {otherwise}."
         ) from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise SitupError(f"{path}: this is not valid JSON ({error}); {otherwise}.") from error
 
 
@@ -83,17 +98,41 @@ def read_job(folder: Path) -> VideoJob:
     Raises
     ------
     SitupError
-        If its manifest is missing, or not a run's.
+        If its manifest is missing, or not a run's, or of another video.
     """
+    path = folder / MANIFEST_FILE
     try:
-        return load_manifest(folder / MANIFEST_FILE, allow_outside=True).jobs[0]
+        job = load_manifest(path, allow_outside=True).jobs[0]
     except ManifestError as error:
         raise SitupError(f"{error} Annotate the video again.") from error
+    if job.id != folder.name:
+        raise SitupError(
+            f"{path}: this is of the video {job.id!r}, not {folder.name!r}; annotate the video "
+            "again."
+        )
+    return job
+
+
+def _rate(text: str) -> Fraction:
+    # Fraction takes "1e999999999" as well, and never comes to an end of it.
+    if not re.fullmatch(r"\d{1,30}(/0*[1-9]\d{,29})?", text, re.ASCII):
+        raise ValueError(f"{text!r} is no rate")
+    return Fraction(text)
 
 
 def _info(video: dict[str, Any], path: Path) -> VideoInfo:
-    numbers = {name: Fraction(video[name]) for name in ("frame_rate", "pixel_aspect_ratio")}
-    return VideoInfo(**{**video, **numbers, "path": path})
+    rates = {name: _rate(video[name]) for name in ("frame_rate", "pixel_aspect_ratio")}
+    info = TypeAdapter(VideoInfo).validate_python({**video, **rates, "path": path})
+    if not (0 < info.width < 2**31 and 0 < info.height < 2**31 and info.frame_rate > 0):
+        raise ValueError("no size of a video")
+    return info
+
+
+def _frame_count(summary: dict[str, Any]) -> int:
+    frames = summary["frames"]
+    if type(frames) is not int or not 0 <= frames < 2**31:
+        raise ValueError("no number of frames")
+    return frames
 
 
 def read_video(folder: Path) -> LabelledVideo:
@@ -113,7 +152,7 @@ def read_video(folder: Path) -> LabelledVideo:
     summary = _read_json(path, otherwise="annotate the video first")
     job = read_job(folder)
     try:
-        info, frame_count = _info(summary["video"], job.path), int(summary["frames"])
+        info, frame_count = _info(summary["video"], job.path), _frame_count(summary)
     except (KeyError, TypeError, ValueError) as error:
         raise SitupError(
             f"{path}: this is not what `situp-annotate run` writes; annotate the video again."
@@ -127,9 +166,12 @@ def _ids(output: Path, status: str) -> list[str]:
     hint = "give the output folder of `situp-annotate run`"
     batch = _read_json(path, otherwise=hint)
     try:
-        return [str(video["id"]) for video in batch["videos"] if video["status"] == status]
-    except (KeyError, TypeError) as error:
+        ids = [video["id"] for video in batch["videos"] if video["status"] == status]
+        if not all(map(is_safe_id, ids)) or len({*ids}) < len(ids):
+            raise ValueError("ids that name no folders")
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise SitupError(f"{path}: this is not what a run writes; {hint}.") from error
+    return ids
 
 
 def run_folders(output: Path) -> tuple[Path, ...]:

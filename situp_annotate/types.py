@@ -8,7 +8,6 @@ All are frozen, check themselves, and can be pickled. Conventions that hold ever
 * Time is integer nanoseconds from the start of the stream.
 """
 
-import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
@@ -21,6 +20,7 @@ import numpy.typing as npt
 from situp_annotate.errors import BoxError
 
 __all__ = [
+    "MOST_PIXELS",
     "NS_PER_S",
     "BoundingBox",
     "Extend",
@@ -37,6 +37,9 @@ __all__ = [
     "VideoJob",
 ]
 
+MOST_PIXELS = 1_000_000_000
+"""Largest number in a box, whatever its sign: a box's area is a number, too."""
+
 NS_PER_S = 1_000_000_000
 """Nanoseconds, in which all times are."""
 
@@ -51,7 +54,7 @@ class BoundingBox:
     Raises
     ------
     BoxError
-        If a number is not finite, or width or height is not positive.
+        If a number is not finite or beyond `MOST_PIXELS`, or width or height is not positive.
     """
 
     x: float
@@ -61,8 +64,10 @@ class BoundingBox:
 
     def __post_init__(self) -> None:
         numbers = (self.x, self.y, self.width, self.height)
-        if not all(math.isfinite(number) for number in numbers):
-            raise BoxError(f"A box needs four finite numbers, not {list(numbers)}.")
+        if not all(abs(number) <= MOST_PIXELS for number in numbers):
+            raise BoxError(
+                f"A box needs four finite numbers of at most {MOST_PIXELS}, not {list(numbers)}."
+            )
         if self.width <= 0 or self.height <= 0:
             raise BoxError(f"A box needs a positive width and height, not {list(numbers)}.")
 
@@ -291,9 +296,15 @@ class VideoJob:
         The tracks to propagate; none is allowed.
     manifest_sha256 : str or None
         Hash of the manifest file that the job comes from; None when it was made in code.
+    frame_count_hint : int or None
+        How many frames the manifest says there are: for guessing how long it will take.
+    size_hint_hw : tuple of int or None
+        Height and width that the manifest says they have: for guessing how much memory.
     """
 
     id: str
     path: Path
     tracks: tuple[Track, ...]
     manifest_sha256: str | None = None
+    frame_count_hint: int | None = None
+    size_hint_hw: tuple[int, int] | None = None

@@ -94,7 +94,7 @@ def loop(tmp_path_factory):
         *("--corrects", out, "--output", folder / "corrected.json"),
     )
     assert "patch: 1 boxes changed or added" in said
-    call("run", folder / "corrected.json", *run, "--overwrite")
+    call("run", folder / "corrected.json", *run)
     return folder, before
 
 
@@ -129,9 +129,9 @@ def test_only_the_correction_is_new_in_the_manifest(loop):
 
 def test_only_what_is_beside_the_correction_is_tracked_anew(loop):
     folder, before = loop
-    summary = json.loads((folder / "out" / "patch" / "summary.json").read_text())
-    assert summary["cache"]["reused"] == 4  # both ways between 0 and 15, and between 15 and 30
-    assert summary["cache"]["passes"] > 4
+    (video,) = json.loads((folder / "out" / "batch.json").read_text())["videos"]
+    assert video["cache"]["reused"] == 4  # both ways between 0 and 15, and between 15 and 30
+    assert video["cache"]["passes"] > 4
     after = read_video(folder / "out" / "patch").tracks[0].points
     untouched = range(DRAWN[-1] + 1)
     assert [after[f] for f in untouched] == [before.tracks[0].points[f] for f in untouched]

@@ -1,46 +1,128 @@
 """One contract for every executor, and what only processes promise."""
 
 import os
+import time
+from concurrent.futures import CancelledError
 
+import psutil
 import pytest
-from support.calls import die, fail, fail_to_start, greet, greeting_and_pid, square
+from support import calls
+from support.calls import (
+    crash,
+    die,
+    end_politely,
+    fail,
+    hang,
+    pid_of,
+    report_pid,
+    slow_steps,
+    square,
+)
 
-from situp_annotate.errors import WorkerError
-from situp_annotate.executors import ProcessExecutor, SerialExecutor, result_of
+from situp_annotate.errors import (
+    VideoStalledError,
+    VideoTimeoutError,
+    WorkerError,
+    WorkerKilledError,
+)
+from situp_annotate.executors import CallLimits, ProcessExecutor, SerialExecutor
 
 
 @pytest.fixture(params=["serial", "process"])
 def executor(request):
-    made = SerialExecutor() if request.param == "serial" else ProcessExecutor(2, greet, ("hi",))
+    made = SerialExecutor() if request.param == "serial" else ProcessExecutor(2)
     with made:
         yield made
 
 
 def test_results_and_exceptions_come_through_futures(executor):
     futures = [executor.submit(square, number) for number in range(4)]
-    assert [result_of(future) for future in futures] == [0, 1, 4, 9]
+    assert [future.result() for future in futures] == [0, 1, 4, 9]
     with pytest.raises(ValueError, match="no"):
-        result_of(executor.submit(fail))
+        executor.submit(fail).result()
 
 
 def test_each_call_has_a_process_of_its_own():
-    with ProcessExecutor(2, greet, ("hi",)) as executor:
-        seen = [result_of(executor.submit(greeting_and_pid)) for _ in range(3)]
-    assert [word for word, _ in seen] == ["hi"] * 3
-    assert len({os.getpid(), *(pid for _, pid in seen)}) == 4
+    with ProcessExecutor(2) as executor:
+        futures = [executor.submit(pid_of) for _ in range(4)]
+    assert len({os.getpid(), *(future.result() for future in futures)}) == 5
 
 
-def test_a_process_that_dies_takes_only_its_own_call_with_it():
-    with ProcessExecutor(2, greet, ("hi",)) as executor:
-        futures = [executor.submit(die, number) for number in range(4)]
-        assert [result_of(futures[number]) for number in (0, 2, 3)] == [0, 2, 3]
-        with pytest.raises(WorkerError, match="SIGKILL"):
-            result_of(futures[1])
+def test_processes_know_nothing_of_what_their_parent_has_done():
+    calls.mark = "set"
+    with ProcessExecutor(1) as executor:
+        assert executor.submit(calls.read_mark).result() == "not set"
 
 
-def test_processes_that_cannot_start_are_an_error_and_no_hang():
-    with (
-        ProcessExecutor(1, fail_to_start, ()) as executor,
-        pytest.raises(WorkerError, match=r"could be started|died"),
-    ):
-        result_of(executor.submit(square, 2))
+@pytest.mark.parametrize(
+    ("call", "error", "said"),
+    [
+        (die, WorkerKilledError, r"SIGKILL\), by the system for want of memory"),
+        (end_politely, WorkerKilledError, "SIGTERM"),
+        (crash, WorkerError, "SIGSEGV"),
+    ],
+)
+def test_a_process_that_dies_takes_only_its_own_call_with_it(call, error, said):
+    with ProcessExecutor(2) as executor:
+        before, dead, after = (executor.submit(each, 2) for each in (square, call, square))
+        with pytest.raises(error, match=said) as caught:
+            dead.result()
+        assert type(caught.value) is error
+        assert before.result() == after.result() == 4
+
+
+def test_a_call_that_takes_too_long_is_stopped(tmp_path):
+    with ProcessExecutor(1, CallLimits(timeout_s=1)) as executor:
+        future = executor.submit(hang, tmp_path / "pid")
+        with pytest.raises(VideoTimeoutError, match="longer than the 1 s"):
+            future.result()
+        assert executor.submit(square, 3).result() == 9
+    assert not psutil.pid_exists(int((tmp_path / "pid").read_text()))
+
+
+def test_a_call_that_stands_still_is_stopped_and_one_that_goes_on_is_not(tmp_path):
+    with ProcessExecutor(2, CallLimits(stall_s=2)) as executor:
+        stalled, steady = executor.submit(hang, tmp_path / "pid"), executor.submit(slow_steps, 30)
+        with pytest.raises(VideoStalledError, match="no further frame for 2 s"):
+            stalled.result()
+        assert steady.result() == 30
+    assert not psutil.pid_exists(int((tmp_path / "pid").read_text()))
+
+
+def test_frames_are_told_while_the_call_runs():
+    with ProcessExecutor(1) as executor:
+        future = executor.submit(slow_steps, 30)
+        seen = set()
+        while not future.done():
+            seen.add(executor.frames(future))
+            time.sleep(0.01)
+    assert len(seen) > 2
+    assert seen <= {(0, 0), *((done, 30) for done in range(31))}
+
+
+def test_calls_that_are_cancelled_leave_no_process(tmp_path):
+    executor = ProcessExecutor(2)
+    paths = [tmp_path / str(number) for number in range(3)]
+    futures = [executor.submit(hang, path) for path in paths]
+    while not all(path.exists() and path.read_text() for path in paths[:2]):
+        time.sleep(0.01)
+    executor.shutdown(cancel_futures=True)
+    for future in futures:
+        with pytest.raises(CancelledError):
+            future.result()
+    for path in paths[:2]:
+        assert not psutil.pid_exists(int(path.read_text()))
+    assert not paths[2].exists()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_processes_end_with_their_parent_however_that_ends(tmp_path):
+    parent = report_pid(tmp_path / "pid")
+    while not ((tmp_path / "pid").exists() and (tmp_path / "pid").read_text()):
+        assert parent.poll() is None
+        time.sleep(0.01)
+    worker = int((tmp_path / "pid").read_text())
+    parent.kill()
+    parent.wait()
+    psutil.wait_procs([psutil.Process(worker)] if psutil.pid_exists(worker) else [], timeout=60)
+    assert not psutil.pid_exists(worker)

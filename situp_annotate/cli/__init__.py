@@ -11,10 +11,12 @@ from situp_annotate.cli.export import export
 from situp_annotate.cli.import_ import import_
 from situp_annotate.cli.init import init
 from situp_annotate.cli.inspect import inspect
+from situp_annotate.cli.merge import merge
 from situp_annotate.cli.overlay import overlay
 from situp_annotate.cli.recover import recover
 from situp_annotate.cli.run import run
 from situp_annotate.cli.schema import schema
+from situp_annotate.cli.status import status
 from situp_annotate.cli.thin import thin
 
 __all__ = ["cli", "main"]
@@ -47,7 +49,8 @@ def cli() -> None:
 
 # In the order of work, which is the order of the help.
 for _command in (
-    *(init, import_, check, inspect, run, overlay, contact_sheet, excerpt),
+    *(init, import_, check, inspect, run, status, merge),
+    *(overlay, contact_sheet, excerpt),
     *(export, thin, recover, effort, schema),
 ):
     cli.add_command(_command)

@@ -14,6 +14,7 @@ _HEADER = (
     *("boxes", "lost", "confidence", "review", "notes"),
 )
 _LEFT_ALIGNED = 2
+_MOST_ROWS = 60
 
 
 def _row(outcome: "Outcome") -> tuple[str, ...]:
@@ -29,7 +30,7 @@ def _row(outcome: "Outcome") -> tuple[str, ...]:
         outcome.id,
         "ok",
         str(outcome.frames),
-        f"{outcome.frames / outcome.seconds['total']:.1f}",
+        f"{outcome.frames / outcome.seconds['total']:.1f}" if outcome.seconds else "–",
         str(len(tracks)),
         str(guessed + sum(track.human_boxes for track in tracks) - lost),
         str(lost),
@@ -46,24 +47,6 @@ def _notes(outcome: "Outcome") -> list[str]:
         return [outcome.message]
     remarks = [finding.message for finding in outcome.findings]
     return remarks + [skip.reason for skip in outcome.skipped]
-
-
-def _first_to_review(report: "BatchReport") -> list[str]:
-    """One line that names the frame where a box helps most; none if nothing is left to gain."""
-    from situp_annotate.outcomes import VideoReport
-
-    found = [
-        (suggestion, outcome.id)
-        for outcome in report.outcomes
-        if isinstance(outcome, VideoReport)
-        for track in outcome.tracks
-        for suggestion in track.review
-    ]
-    if not found:
-        return []
-    best, video_id = max(found, key=lambda pair: pair[0].gain)
-    place = f"{video_id}, track {best.track_id}, frame {best.frame}"
-    return [f"Review first: {place} ({best.reason}, +{best.gain:.0f} frames)"]
 
 
 def table_lines(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -86,15 +69,52 @@ def _where(report: "BatchReport", output: Path) -> str:
     return f"results are in {output}"
 
 
+class _Summary:
+    """Gathers what is worth saying of a batch, without keeping the batch."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[str, ...]] = []
+        self.notes: list[str] = []
+        self.left_out = 0
+        self._best: tuple[float, str] | None = None
+
+    def add(self, outcome: "Outcome") -> None:
+        from situp_annotate.outcomes import VideoFailure
+
+        if isinstance(outcome, VideoFailure) or len(self.rows) < _MOST_ROWS:
+            self.rows.append(_row(outcome))
+            self.notes += [f"  {outcome.id}: {note}" for note in _notes(outcome)]
+        else:
+            self.left_out += 1
+        if isinstance(outcome, VideoFailure):
+            return
+        for track in outcome.tracks:
+            for each in track.review:
+                if self._best is None or each.gain > self._best[0]:
+                    place = f"{outcome.id}, track {each.track_id}, frame {each.frame}"
+                    line = f"Review first: {place} ({each.reason}, +{each.gain:.0f} frames)"
+                    self._best = each.gain, line
+
+    @property
+    def lines(self) -> list[str]:
+        """The table, what to know of each video, and the frame where a box helps most."""
+        left_out = [f"and {self.left_out} more that are ok"] if self.left_out else []
+        table = table_lines([_HEADER, *self.rows])
+        return [*table, *left_out, *self.notes, *([self._best[1]] if self._best else [])]
+
+
 def summary_lines(report: "BatchReport", output: Path) -> list[str]:
-    """Lay a batch out for people: a table, what to know of each video, and one line in the end."""
-    lines = table_lines([_HEADER, *map(_row, report.outcomes)])
+    """Lay a batch out for people: a table, what to know of each video, and one line in the end.
+
+    Of a large batch, the table has the first videos and all that failed.
+    """
+    summary = _Summary()
     for outcome in report.outcomes:
-        lines += [f"  {outcome.id}: {note}" for note in _notes(outcome)]
-    lines += _first_to_review(report)
-    good = len(report.outcomes) - len(report.failures)
-    lines.append(
-        f"{good} of {len(report.outcomes)} videos annotated in {report.elapsed_s:.1f} s; "
-        f"{_where(report, output)}."
+        summary.add(outcome)
+    counts = report.counts
+    ready = f" ({report.up_to_date} were up to date)" if report.up_to_date else ""
+    last = (
+        f"{counts['succeeded']} of {report.jobs} videos annotated{ready} in "
+        f"{report.elapsed_s:.1f} s; {_where(report, output)}."
     )
-    return lines
+    return [*summary.lines, last]

@@ -28,7 +28,7 @@ from situp_annotate.evaluation.picks import PICKS, Situation
 from situp_annotate.evaluation.prefixes import PrefixCache
 from situp_annotate.evaluation.samples import SampleCollector, Samples
 from situp_annotate.evaluation.track_quality import TrackQuality, judge_track
-from situp_annotate.executors import ProcessExecutor, result_of
+from situp_annotate.executors import ProcessExecutor
 from situp_annotate.formats.staging import write_whole
 from situp_annotate.propagation import PassCache
 from situp_annotate.video import open_video
@@ -188,18 +188,24 @@ def _carry_out(tasks: Sequence[_Task], workers: int | None) -> Iterator[TargetRe
         yield from map(_simulate_target, tasks)
         return
     compile_kernels()
-    pool = ProcessExecutor(workers, cv2.setNumThreads, (1,))
+    pool = ProcessExecutor(workers, preload=[__name__])
     try:
         # The longest first, so that no worker is left alone with one at the end.
         ordered = sorted(tasks, key=lambda task: -len(task.target.truth))
-        for future in as_completed([pool.submit(_simulate_target, task) for task in ordered]):
-            yield result_of(future)
+        for future in as_completed([pool.submit(_simulate_alone, task) for task in ordered]):
+            yield future.result()
     finally:
         pool.shutdown(cancel_futures=True)
 
 
+def _simulate_alone(task: _Task) -> TargetResult:
+    """What a worker does: it has one core."""
+    cv2.setNumThreads(1)
+    return _simulate_target(task)
+
+
 def _simulate_target(task: _Task) -> TargetResult:
-    """Simulate what is not there yet; what a worker does."""
+    """Simulate what is not there yet."""
     found = {method: _read_part(task, method) for method in task.settings.methods}
     missing = [method for method, result in found.items() if result is None]
     if missing:

@@ -2,18 +2,18 @@
 
 import os
 import signal
+import subprocess
 import sys
+import time
+from pathlib import Path
 
-_greeting = ""
+from situp_annotate.executors import report_frames
+
+mark = "not set"
 
 
-def greet(word):
-    global _greeting
-    _greeting = word
-
-
-def greeting_and_pid():
-    return _greeting, os.getpid()
+def read_mark():
+    return mark
 
 
 def square(number):
@@ -24,11 +24,42 @@ def fail():
     raise ValueError("no")
 
 
-def die(number):
-    if number == 1:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return number
+def pid_of():
+    return os.getpid()
 
 
-def fail_to_start():
-    sys.exit(3)
+def die(_number):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def end_politely(_number):
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(60)
+
+
+def crash(_number):
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def hang(path):
+    path.write_text(str(os.getpid()))
+    while True:
+        time.sleep(60)
+
+
+def slow_steps(count):
+    for done in range(1, count + 1):
+        time.sleep(0.1)
+        report_frames(done, count)
+    return count
+
+
+def report_pid(path):
+    """Start a process whose worker process writes its number to a file and hangs."""
+    code = (
+        "import sys; from pathlib import Path; from support.calls import hang\n"
+        "from situp_annotate.executors import ProcessExecutor\n"
+        "ProcessExecutor(1).submit(hang, Path(sys.argv[1])).result()"
+    )
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    return subprocess.Popen([sys.executable, "-c", code, str(path)], env=environment)

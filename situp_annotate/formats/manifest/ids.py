@@ -12,7 +12,7 @@ __all__ = ["comparable_id", "default_id", "is_safe_id", "unique_ids"]
 
 MAX_ID_CHARACTERS = 100
 MAX_ID_BYTES = 200  # file systems stop at 255 bytes, and work files add to the name
-RESERVED_IDS = frozenset({"batch.json", "report.html"})  # stand beside the folders of the videos
+RESERVED_IDS = frozenset({"batch.json", "logs", "report.html"})  # stand beside the folders of the videos
 PICTURE_FOLDER = "img"  # where sequences in OTB layout keep their frames
 
 
@@ -51,6 +51,13 @@ def _shortened(video_id: str, characters: int = MAX_ID_CHARACTERS) -> str:
     return kept
 
 
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:  # a name that is too long, or a folder that may not be looked into
+        return False
+
+
 def default_id(path: str, folder: Path) -> str:
     """Return the id of a video whose manifest entry gives none.
 
@@ -66,7 +73,7 @@ def default_id(path: str, folder: Path) -> str:
         Where the manifest lies; tells files from folders, and names the path ``"."``.
     """
     pure = PurePosixPath(path)
-    is_folder = (folder / path).is_dir()
+    is_folder = _is_folder(folder / path)
     if pure.suffix and not is_folder:
         pure = pure.with_suffix("")
     parts = [part for part in pure.parts if part not in ("/", "//", "..")]

@@ -17,6 +17,7 @@
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,19 +26,23 @@ from typing import Any
 from situp_annotate.errors import ManifestError
 from situp_annotate.formats.class_labels import is_label
 from situp_annotate.formats.manifest.ids import default_id
-from situp_annotate.formats.manifest.problems import find_problems
+from situp_annotate.formats.manifest.problems import MAX_PROBLEMS, find_problems
 from situp_annotate.formats.manifest.schema import (
     SUPPORTED_VERSION,
+    InfoEntry,
     ManifestEntry,
     TrackEntry,
 )
+from situp_annotate.formats.manifest.slips import attributes_problem
 from situp_annotate.formats.manifest.wording import RULES, Json, show_place, show_value
+from situp_annotate.limits import Limits
 from situp_annotate.types import BoundingBox, Keyframe, Track, VideoJob
 
 __all__ = ["Manifest", "dump_manifest", "load_manifest"]
 
 MAX_SHOWN_PROBLEMS = 50
 LINE_WIDTH = 100
+BYTES_PER_MB = 2**20
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +67,14 @@ class Manifest:
 # ---- reading -------------------------------------------------------------------------------
 
 
-def _read(path: Path) -> bytes:
+def _read(path: Path, max_mb: int) -> bytes:
+    most = max_mb * BYTES_PER_MB
     try:
-        return path.read_bytes()
+        if path.exists() and not path.is_file() and not path.is_dir():
+            # Whoever opens a pipe waits for somebody to write into it.
+            raise ManifestError(f"{path}: a pipe, a socket or a device; give a manifest file.")
+        with path.open("rb") as file:
+            content = file.read(most + 1)
     except FileNotFoundError:
         message = f"{path}: there is no such file; `situp-annotate init FOLDER` writes a manifest."
     except IsADirectoryError:
@@ -73,6 +83,13 @@ def _read(path: Path) -> bytes:
         message = f"{path}: cannot be read: {error.strerror or error}."
     except ValueError:  # a null character in the path
         message = f"{str(path)!r}: no file can have this name."
+    else:
+        if len(content) <= most:
+            return content
+        message = (
+            f"{path}: the file is larger than limits.max_manifest_mb = {max_mb} allows; raise the "
+            "limit, or split the manifest."
+        )
     raise ManifestError(message)
 
 
@@ -84,8 +101,8 @@ def _parse(path: Path, content: bytes) -> tuple[Json, dict[int, list[str]]]:
     def take_note(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         result = dict(pairs)
         if len(result) < len(pairs):
-            keys = [key for key, _ in pairs]
-            notes.append((result, [key for key in result if keys.count(key) > 1]))
+            numbers = Counter(key for key, _ in pairs)
+            notes.append((result, [key for key, number in numbers.items() if number > 1]))
         return result
 
     try:
@@ -118,7 +135,15 @@ def _track(entry: TrackEntry) -> Track:
     )
 
 
-def load_manifest(path: str | Path, *, allow_outside: bool = False) -> Manifest:
+def _size_hw(info: InfoEntry | None) -> tuple[int, int] | None:
+    if info is None or info.width is None or info.height is None:
+        return None
+    return info.height, info.width
+
+
+def load_manifest(
+    path: str | Path, *, allow_outside: bool = False, limits: Limits | None = None
+) -> Manifest:
     """Read a manifest and check all of it.
 
     Parameters
@@ -128,6 +153,8 @@ def load_manifest(path: str | Path, *, allow_outside: bool = False) -> Manifest:
     allow_outside : bool
         Whether videos may lie outside the manifest's folder: absolute paths, paths that leave
         it by ``..`` or by a symbolic link. Off, since a manifest may come from someone else.
+    limits : Limits, optional
+        How large the file may be, and how many tracks a video may have.
 
     Raises
     ------
@@ -135,14 +162,21 @@ def load_manifest(path: str | Path, *, allow_outside: bool = False) -> Manifest:
         If the file cannot be read, is no JSON, or breaks a rule. The message lists every
         problem, one a line, with its place in the document and what is allowed there.
     """
-    path = Path(path)
-    content = _read(path)
+    path, limits = Path(path), limits or Limits()
+    content = _read(path, limits.max_manifest_mb)
     document, repeated_keys = _parse(path, content)
-    problems = find_problems(document, repeated_keys, path.parent, allow_outside=allow_outside)
+    problems = find_problems(
+        document,
+        repeated_keys,
+        path.parent,
+        allow_outside=allow_outside,
+        max_tracks=limits.max_tracks,
+    )
     if problems:
         lines = [f"{path}: {show_place(p.place)}: {p.text}" for p in problems[:MAX_SHOWN_PROBLEMS]]
         if len(problems) > MAX_SHOWN_PROBLEMS:
-            lines.append(f"{path}: and {len(problems) - MAX_SHOWN_PROBLEMS} more.")
+            at_least = "at least " if len(problems) == MAX_PROBLEMS else ""
+            lines.append(f"{path}: and {at_least}{len(problems) - MAX_SHOWN_PROBLEMS} more.")
         raise ManifestError("\n".join(lines))
     entry = ManifestEntry.model_validate(document)
     sha256 = hashlib.sha256(content).hexdigest()
@@ -152,6 +186,8 @@ def load_manifest(path: str | Path, *, allow_outside: bool = False) -> Manifest:
             path=path.parent / video.path,
             tracks=tuple(map(_track, video.tracks)),
             manifest_sha256=sha256,
+            frame_count_hint=video.info.frames if video.info else None,
+            size_hint_hw=_size_hw(video.info),
         )
         for video in entry.videos
     )
@@ -186,6 +222,10 @@ def _track_document(track: Track) -> dict[str, Any]:
         raise ManifestError(
             f"{show_value(track.label)} of track {track.id} is not allowed; "
             f"{RULES['tracks[].label']}."
+        )
+    if problem := attributes_problem(track.attributes):
+        raise ManifestError(
+            f"The attributes of track {track.id} cannot be written as JSON: {problem}"
         )
     document: dict[str, Any] = {"id": track.id, "label": track.label}
     if track.attributes:

@@ -1,27 +1,18 @@
 """Find everything that is wrong with a parsed manifest, each with its place and what is allowed.
 
-Three passes look at the raw document, so that one malformed part hides nothing of the rest:
-what JSON lets slip (repeated keys, NaN), the shape of each entry (the models of
-``schema``), and the rules between entries.
+Three passes look at the raw document, so that one malformed part hides nothing of the rest: the
+shape of each entry, what JSON lets slip, and the rules between entries, which are here.
 """
 
-import difflib
-import math
 from collections.abc import Iterator
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from pydantic import BaseModel, ValidationError
-
 from situp_annotate.formats.manifest.ids import comparable_id, default_id
-from situp_annotate.formats.manifest.schema import (
-    SUPPORTED_VERSION,
-    InfoEntry,
-    KeyframeEntry,
-    ManifestEntry,
-    TrackEntry,
-    VideoEntry,
-)
+from situp_annotate.formats.manifest.schema import SUPPORTED_VERSION
+from situp_annotate.formats.manifest.shape import misshapen
+from situp_annotate.formats.manifest.slips import is_encodable, slips
 from situp_annotate.formats.manifest.wording import (
     RULES,
     Json,
@@ -32,107 +23,16 @@ from situp_annotate.formats.manifest.wording import (
     show_value,
 )
 
-__all__ = ["find_problems"]
+__all__ = ["MAX_PROBLEMS", "find_problems"]
 
-MAX_DEPTH = 50
-
-_ENTRIES: dict[str, type[BaseModel]] = {
-    "": ManifestEntry,
-    "videos": VideoEntry,
-    "info": InfoEntry,
-    "tracks": TrackEntry,
-    "keyframes": KeyframeEntry,
-}
+MAX_PROBLEMS = 1000
+"""Those beyond are not looked for."""
 
 
-def _value_at(document: Json, place: Place) -> Json:
-    for part in place:
-        document = document[part]
-    return document
-
-
-# ---- what JSON lets slip -------------------------------------------------------------------
-
-
-def _encodable(text: str) -> bool:
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        return False
-    return True
-
-
-def _slip(value: object) -> str | None:
-    if isinstance(value, float) and not math.isfinite(value):
-        return f"{show_value(value)} is not allowed; numbers must be finite."
-    if isinstance(value, str) and not _encodable(value):
-        return "half of a surrogate pair is not allowed; text must be valid Unicode."
-    return None
-
-
-def _children(value: object) -> Iterator[tuple[str | int, Json]]:
-    if isinstance(value, dict):
-        yield from value.items()
-    elif isinstance(value, list):
-        yield from enumerate(value)
-
-
-def _slips(document: Json, repeated_keys: dict[int, list[str]]) -> Iterator[Problem]:
-    # A stack of its own: documents may nest deeper than Python recurses.
-    pending: list[tuple[Place, Json]] = [((), document)]
-    while pending:
-        place, value = pending.pop()
-        if len(place) > MAX_DEPTH:
-            yield Problem(place, f"nested too deeply; at most {MAX_DEPTH} levels are allowed.")
-            continue
-        for repeated in repeated_keys.get(id(value), ()):
-            yield Problem(
-                (*place, repeated),
-                "this key is given more than once; keep one, since only one counts.",
-            )
-        if text := _slip(value):
-            yield Problem(place, text)
-        for key, child in _children(value):
-            if text := _slip(key):
-                yield Problem((*place, key), text)
-            pending.append(((*place, key), child))
-
-
-# ---- the shape of each entry ---------------------------------------------------------------
-
-
-def _unknown_key(place: Place) -> str:
-    owner = next((part for part in reversed(place[:-1]) if isinstance(part, str)), "")
-    fields = _ENTRIES[owner].model_fields
-    known = [field.alias or name for name, field in fields.items()]
-    near = difflib.get_close_matches(str(place[-1]).lower(), known, n=1)
-    if near:
-        return f'unknown key; did you mean "{near[0]}"?'
-    return f"unknown key; the keys allowed here are {', '.join(known)}."
-
-
-def _misshapen(document: Json) -> Iterator[Problem]:
-    try:
-        ManifestEntry.model_validate(document)
-    except ValidationError as error:
-        for detail in error.errors(include_url=False, include_context=False):
-            place: Place = detail["loc"]
-            if detail["type"] == "extra_forbidden":
-                yield Problem(place, _unknown_key(place))
-            elif detail["type"] == "missing":
-                yield Problem(place, f"missing; {rule_at(place)}.")
-            elif _slip(value := _value_at(document, place)) is None:  # slips are told already
-                yield Problem(place, f"{show_value(value)} is not allowed; {rule_at(place)}.")
-
-
-# ---- rules between entries -----------------------------------------------------------------
-
-
-def _entries(owner: dict[str, Any], key: str) -> list[tuple[int, dict[str, Any]]]:
+def _entries(owner: dict[str, Any], key: str) -> Iterator[tuple[int, dict[str, Any]]]:
     items = owner.get(key)
-    if not isinstance(items, list):
-        return []
-    return [(index, item) for index, item in enumerate(items) if isinstance(item, dict)]
+    if isinstance(items, list):
+        yield from ((index, item) for index, item in enumerate(items) if isinstance(item, dict))
 
 
 def _is_whole(value: object) -> TypeGuard[int]:
@@ -151,7 +51,7 @@ def _path_problem(path: str, folder: Path) -> str | None:
 
 
 def _is_usable_path(path: object) -> TypeGuard[str]:
-    return isinstance(path, str) and path != "" and "\0" not in path and _encodable(path)
+    return isinstance(path, str) and path != "" and "\0" not in path and is_encodable(path)
 
 
 def _video_problems(
@@ -177,7 +77,14 @@ def _video_problems(
             yield Problem((*place, at), f"{text}; {allowed}.")
 
 
-def _track_problems(place: Place, video: dict[str, Any]) -> Iterator[Problem]:
+def _track_problems(place: Place, video: dict[str, Any], max_tracks: int) -> Iterator[Problem]:
+    tracks = video.get("tracks")
+    if isinstance(tracks, list) and len(tracks) > max_tracks:
+        yield Problem(
+            (*place, "tracks"),
+            f"{len(tracks)} tracks are more than limits.max_tracks = {max_tracks} allows; raise "
+            "the limit, or leave some for another run.",
+        )
     owners: dict[int, Place] = {}
     for index, track in _entries(video, "tracks"):
         at: Place = (*place, "tracks", index)
@@ -241,26 +148,47 @@ def _box_or_outside_problems(place: Place, keyframe: dict[str, Any]) -> Iterator
         )
 
 
+def _rules_broken(
+    document: Json, folder: Path, *, allow_outside: bool, max_tracks: int
+) -> Iterator[Problem]:
+    if isinstance(document, dict):
+        yield from _video_problems(document, folder, allow_outside=allow_outside)
+        for index, video in _entries(document, "videos"):
+            yield from _track_problems(("videos", index), video, max_tracks)
+
+
 # ---- all together --------------------------------------------------------------------------
 
 
-def _position(document: Json, place: Place) -> tuple[int, ...]:
-    # Sorts by place in the text: keys count in the order they were written, missing ones first.
-    position = []
-    for part in place:
-        if isinstance(document, dict):
-            position.append(list(document).index(part) if part in document else -1)
-            document = document.get(part)
-        else:
-            position.append(int(part))
-            document = document[part]
-    return tuple(position)
+def _in_order(document: Json, problems: list[Problem]) -> list[Problem]:
+    """Sort by place in the text: keys in the order they were written, missing ones first."""
+    ranks: dict[int, dict[str | int, int]] = {}
+
+    def position(problem: Problem) -> tuple[int, ...]:
+        inner, result = document, []
+        for part in problem.place:
+            if isinstance(inner, dict):
+                if id(inner) not in ranks:
+                    ranks[id(inner)] = {key: rank for rank, key in enumerate(inner)}
+                result.append(ranks[id(inner)].get(part, -1))
+                inner = inner.get(part)
+            else:
+                result.append(int(part))
+                inner = inner[part]
+        return tuple(result)
+
+    return sorted(problems, key=position)
 
 
 def find_problems(
-    document: Json, repeated_keys: dict[int, list[str]], folder: Path, *, allow_outside: bool
+    document: Json,
+    repeated_keys: dict[int, list[str]],
+    folder: Path,
+    *,
+    allow_outside: bool,
+    max_tracks: int,
 ) -> list[Problem]:
-    """Return every problem of a manifest, in the order of the document.
+    """Return the problems of a manifest, all of them up to a thousand, in the document's order.
 
     Parameters
     ----------
@@ -272,6 +200,8 @@ def find_problems(
         The manifest's folder, which paths start from.
     allow_outside : bool
         Whether paths may be absolute or lead out of the folder.
+    max_tracks : int
+        How many tracks a video may have.
     """
     if isinstance(document, dict):
         version = document.get("version")
@@ -281,10 +211,9 @@ def find_problems(
                 f"{show_value(version)} is not supported; {RULES['version']}, the only one known."
             )
             return [Problem(("version",), text)]
-    problems = list(_slips(document, repeated_keys))
-    problems += _misshapen(document)
-    if isinstance(document, dict):
-        problems += _video_problems(document, folder, allow_outside=allow_outside)
-        for index, video in _entries(document, "videos"):
-            problems += _track_problems(("videos", index), video)
-    return sorted(problems, key=lambda problem: _position(document, problem.place))
+    found = chain(
+        misshapen(document),
+        slips(document, repeated_keys),
+        _rules_broken(document, folder, allow_outside=allow_outside, max_tracks=max_tracks),
+    )
+    return _in_order(document, [*islice(found, MAX_PROBLEMS)])

@@ -23,7 +23,7 @@ from pydantic_core import core_schema
 
 from situp_annotate.formats.class_labels import is_label
 from situp_annotate.formats.manifest.ids import MAX_ID_CHARACTERS, is_safe_id
-from situp_annotate.types import Extend, Method
+from situp_annotate.types import MOST_PIXELS, Extend, Method
 
 __all__ = [
     "SUPPORTED_VERSION",
@@ -96,11 +96,12 @@ def _frame_rate(value: object) -> object:
     return value
 
 
-_Extent = Annotated[float, Field(gt=0)]
+_Place = Annotated[float, Field(ge=-MOST_PIXELS, le=MOST_PIXELS)]
+_Extent = Annotated[float, Field(gt=0, le=MOST_PIXELS)]
 _Box = Annotated[
     tuple[
-        Annotated[float, Field(title="x of the left edge")],
-        Annotated[float, Field(title="y of the top edge")],
+        Annotated[_Place, Field(title="x of the left edge")],
+        Annotated[_Place, Field(title="y of the top edge")],
         Annotated[_Extent, Field(title="width")],
         Annotated[_Extent, Field(title="height")],
     ],
@@ -194,7 +195,7 @@ class TrackEntry(_Entry):
         min_length=1,
         description="Class of the object.",
         examples=["person", "car"],
-        json_schema_extra={"pattern": r"^[^\u0000-\u001f\u007f-\u009f]*$"},
+        json_schema_extra={"pattern": r"^[^\u0000-\u001f\u007f-\u009f\u2028\u2029]*$"},
     )
     attributes: dict[str, Any] = Field(
         default_factory=dict,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from situp_annotate.formats.manifest.schema import SUPPORTED_VERSION
-from situp_annotate.types import Extend, Method
+from situp_annotate.types import MOST_PIXELS, Extend, Method
 
 __all__ = ["RULES", "Json", "Place", "Problem", "rule_at", "show_place", "show_value"]
 
@@ -30,7 +30,7 @@ RULES = {
     "videos[].path": "path must be the text of a path to a video or a folder of pictures",
     "videos[].id": (
         "id must be text that can name a folder: 1 to 100 characters, no / or \\, no control "
-        "characters, no dot at its start, no space at its ends, and neither batch.json nor "
+        "characters, no dot at its start, no space at its ends, and none of batch.json, logs and "
         "report.html"
     ),
     "videos[].tracks": "tracks must be a list (an empty one if there is nothing to track)",
@@ -55,10 +55,10 @@ RULES = {
     "keyframes[].box": _BOX,
     "keyframes[].occluded": "occluded must be true or false",
     "keyframes[].outside": "outside must be true or false",
-    "box[0]": "x must be a number",
-    "box[1]": "y must be a number",
-    "box[2]": "width must be greater than 0",
-    "box[3]": "height must be greater than 0",
+    "box[0]": f"x must be a number from -{MOST_PIXELS} to {MOST_PIXELS}",
+    "box[1]": f"y must be a number from -{MOST_PIXELS} to {MOST_PIXELS}",
+    "box[2]": f"width must be greater than 0 and at most {MOST_PIXELS}",
+    "box[3]": f"height must be greater than 0 and at most {MOST_PIXELS}",
 }
 """What is allowed at each kind of place, as problems say it."""
 
@@ -77,7 +77,7 @@ def show_place(place: Place) -> str:
     for part in place:
         if isinstance(part, int):
             path += f"[{part}]"
-        elif re.fullmatch(r"[A-Za-z_$][\w$]*", part, re.ASCII):
+        elif re.fullmatch(r"[A-Za-z_$][\w$]{,59}", part, re.ASCII):
             path += f".{part}"
         else:
             path += f"[{show_value(part)}]"

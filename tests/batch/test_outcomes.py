@@ -73,7 +73,7 @@ def test_one_bad_video_never_costs_another(damaged, tmp_path):
     assert outcomes["good"].frames == outcomes["av1"].frames == 12
     assert report.exit_code == 1
     left = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert left == [".cache", "av1", "batch.json", "good", "report.html"]
+    assert left == [".cache", ".run", "av1", "batch.json", "good", "logs", "report.html"]
     for name in ("av1", "good"):
         assert (tmp_path / "out" / name / "overlay.mp4").stat().st_size > 1000
 
@@ -81,9 +81,13 @@ def test_one_bad_video_never_costs_another(damaged, tmp_path):
 def test_batch_json_tells_all(damaged, tmp_path):
     report = annotate_batch(damaged, tmp_path, load_recipe("csv_only"), executor="serial")
     written = json.loads((tmp_path / "batch.json").read_text())
+    videos = written.pop("videos")
     assert written == json.loads(json.dumps(report.as_dict()))
+    assert [VideoReport.from_dict(video) for video in videos if video["status"] == "ok"] == [
+        outcome for outcome in report.outcomes if isinstance(outcome, VideoReport)
+    ]
     assert (written["succeeded"], written["failed"], written["interrupted"]) == (2, 4, False)
-    assert [video["status"] for video in written["videos"]] == [
+    assert [video["status"] for video in videos] == [
         "ok", "failed", "ok", "failed", "failed", "failed",
     ]  # fmt: skip
 
@@ -106,24 +110,35 @@ def test_progress_ends_with_every_frame(clips, tmp_path):
     )
     assert (seen[-1].videos_done, seen[-1].videos) == (3, 3)
     assert seen[-1].frames_done == seen[-1].frames_expected == 8 + 12 + 16
-    frames = [progress.frames_done for progress in seen]
-    assert frames == sorted(frames)
+    assert seen[-1].running == ()
 
 
-def test_what_is_there_stops_the_batch_before_any_work(clips, tmp_path):
-    (tmp_path / "b").mkdir()
-    with pytest.raises(OutputError, match="b is already there"):
-        annotate_batch([job_of(clip) for clip in clips], tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["b"]
+def test_what_no_run_has_written_stops_the_batch_before_any_work(clips, tmp_path):
+    job = job_of(clips[0])
+    for name in ("report.html", "batch.json", "logs"):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / name).touch()
+        with pytest.raises(OutputError, match="not of a run"):
+            annotate_batch([job], folder)
+        assert [path.name for path in folder.iterdir()] == [name]
     (tmp_path / "file").touch()
     with pytest.raises(OutputError, match="must be a folder"):
-        annotate_batch([job_of(clips[0])], tmp_path / "file")
+        annotate_batch([job], tmp_path / "file")
 
 
-def test_overwrite_replaces_and_does_not_track_again(clips, tmp_path):
+def test_what_somebody_put_into_the_folder_of_a_video_stays(clips, tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "notes.txt").write_text("mine")
+    report = annotate_batch([job_of(clip) for clip in clips[:2]], tmp_path, load_recipe("csv_only"))
+    assert [(failure.id, failure.kind) for failure in report.failures] == [("a", "output")]
+    assert (tmp_path / "a" / "notes.txt").read_text() == "mine"
+
+
+def test_fresh_does_all_anew_and_does_not_track_again(clips, tmp_path):
     recipe = load_recipe("csv_only")
     for cache, reused in ((False, 0), (True, 0), (True, 1), (False, 0)):
-        report = annotate_batch([job_of(clips[0])], tmp_path, recipe, overwrite=True, cache=cache)
+        report = annotate_batch([job_of(clips[0])], tmp_path, recipe, fresh=True, cache=cache)
         assert report.exit_code == 0
         assert report.outcomes[0].cache == CacheUse(1, reused)
 
@@ -157,7 +172,11 @@ def test_a_video_that_crashes_its_process_is_one_outcome(clips, tmp_path):
     assert done.stdout.strip() == "[('a', 'ok'), ('b', 'crashed'), ('c', 'ok')]"
     assert "SIGSEGV" in (tmp_path / "out" / "batch.json").read_text()
     left = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert left == [".cache", "a", "batch.json", "c"]
+    assert left == [".cache", ".run", "a", "batch.json", "c", "logs"]
+    assert (
+        "Fatal Python error: Segmentation fault"
+        in (tmp_path / "out" / "logs" / "b.log").read_text()
+    )
 
 
 def run_command(*arguments, **options):
@@ -188,8 +207,8 @@ def test_command_ends_with_a_table_and_its_exit_code(damaged, tmp_path):
     good = manifest_of(damaged[:1], folder, "good.json")
     assert run_command(good, "--output", tmp_path / "good", *CSV_ONLY).returncode == 0
     again = run_command(good, "--output", tmp_path / "good", *CSV_ONLY)
-    assert again.returncode == 5
-    assert "--overwrite" in again.stderr
+    assert (again.returncode, again.stderr) == (0, "")
+    assert "(1 were up to date)" in again.stdout
 
 
 def test_command_refuses_bad_recipes(damaged, tmp_path):
@@ -229,13 +248,13 @@ def test_interrupt_keeps_what_is_complete_and_leaves_no_process(tmp_path):
             if (output / "short").exists() and (output / ".long.partial").exists():
                 break
             time.sleep(0.1)
-        time.sleep(1)  # the parent hears of a complete video a little later
         os.killpg(process.pid, signal.SIGINT)
         _, stderr = process.communicate(timeout=60)
     assert process.returncode == 130, stderr
-    assert b"Interrupted: the videos that were complete are in" in stderr
+    assert b"Interrupted: 1 of 2 videos are complete in" in stderr
+    assert f"Go on with: situp-annotate run {manifest} -o {output}" in stderr.decode()
     assert sorted(path.name for path in output.iterdir()) == [
-        ".cache", "batch.json", "report.html", "short",
+        ".cache", ".run", "batch.json", "logs", "report.html", "short",
     ]  # fmt: skip
     assert "interrupted" in (output / "report.html").read_text()
     written = json.loads((output / "batch.json").read_text())

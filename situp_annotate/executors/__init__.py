@@ -1,0 +1,18 @@
+"""Where the work on a video runs: each executor is a ``concurrent.futures.Executor``.
+
+A call may say how far it is by `report_frames`, wherever it runs.
+"""
+
+from situp_annotate.executors.executor import VideoExecutor
+from situp_annotate.executors.isolation import CallLimits, is_isolated, report_frames
+from situp_annotate.executors.process import ProcessExecutor
+from situp_annotate.executors.serial import SerialExecutor
+
+__all__ = [
+    "CallLimits",
+    "ProcessExecutor",
+    "SerialExecutor",
+    "VideoExecutor",
+    "is_isolated",
+    "report_frames",
+]
