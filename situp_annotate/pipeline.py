@@ -61,6 +61,7 @@ def _propagate(
         footage = VideoFootage(
             job.path,
             incomplete=incomplete,
+            limits=recipe.limits,
             budget_bytes=budget_bytes,
             threads=threads,
             walk=walk,

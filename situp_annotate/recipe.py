@@ -10,6 +10,7 @@ import json
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any, Literal, get_type_hints
@@ -21,6 +22,7 @@ from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.exporting import EXPORTERS
 from situp_annotate.formats.mcap.pictures import McapOptions
 from situp_annotate.formats.overlay.options import OverlayOptions
+from situp_annotate.limits import Limits
 from situp_annotate.propagation import PropagationOptions
 from situp_annotate.tracking import TrackerParams
 from situp_annotate.types import State
@@ -31,8 +33,13 @@ __all__ = [
     "Outputs",
     "Recipe",
     "load_recipe",
+    "recipe_from_dict",
     "recipe_names",
 ]
+
+
+_MOST_SHOWN = 100
+"""Characters of a value, in a message."""
 
 
 def _nearest(name: str, names: Sequence[str]) -> str:
@@ -118,6 +125,7 @@ class Recipe:
     mcap: McapOptions = field(default_factory=McapOptions)
     overlay: OverlayOptions = field(default_factory=OverlayOptions)
     export: ExportOptions = field(default_factory=ExportOptions)
+    limits: Limits = field(default_factory=Limits)
 
     def as_dict(self) -> dict[str, Any]:
         """Every value in force, as plain JSON data."""
@@ -156,9 +164,35 @@ def _find(name: str | Path) -> Path:
     return ready_made
 
 
+def _shown(value: object) -> str:
+    """A value on one line, shortened where it is long."""
+    text = repr(value)
+    return text if len(text) <= _MOST_SHOWN else text[: _MOST_SHOWN - 1] + "…"
+
+
+def _parse(text: str) -> dict[str, Any]:
+    """Read TOML.
+
+    Raises
+    ------
+    TOMLDecodeError
+        If it is none, is nested too deeply, or has a number that nobody could print.
+    """
+    try:
+        document = tomllib.loads(text)
+        json.dumps(document, default=str)
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:  # Python neither reads nor writes integers of more than 4300 digits
+        raise tomllib.TOMLDecodeError("a number has too many digits") from None
+    except RecursionError:
+        raise tomllib.TOMLDecodeError("it is nested too deeply") from None
+    return document
+
+
 def _read(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return _parse(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise RecipeError(f"{path}: this recipe cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
@@ -176,7 +210,7 @@ def _parse_setting(setting: str) -> tuple[str, str, Any]:
             f"--set {setting}: give SECTION.KEY=VALUE, such as tracker.learning_rate=0.01."
         )
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
+        value = _parse(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         value = text.strip()
     return section, key, value
@@ -186,16 +220,24 @@ def _check_names(document: Mapping[str, Any], origin: str) -> None:
     for section, values in document.items():
         if section not in _SECTIONS:
             raise RecipeError(
-                f"{origin}: a recipe has no section {section!r}; {_nearest(section, [*_SECTIONS])}"
+                f"{origin}: a recipe has no section {_shown(section)}; "
+                f"{_nearest(section, [*_SECTIONS])}"
             )
         if not isinstance(values, Mapping):
-            raise RecipeError(f"{origin}: {section} must be a table of settings, not {values!r}.")
+            raise RecipeError(
+                f"{origin}: {section} must be a table of settings, not {_shown(values)}."
+            )
         known = [f.name for f in fields(_SECTIONS[section])]
         for key in values:
             if key not in known:
                 raise RecipeError(
-                    f"{origin}: {section}.{key} is no setting; {_nearest(key, known)}"
+                    f"{origin}: {_shown(f'{section}.{key}')} is no setting; {_nearest(key, known)}"
                 )
+
+
+@cache
+def _adapter(section: str) -> TypeAdapter[Any]:
+    return TypeAdapter(_SECTIONS[section])
 
 
 def _build(document: Mapping[str, Mapping[str, Any]], origin: str) -> Recipe:
@@ -204,16 +246,27 @@ def _build(document: Mapping[str, Mapping[str, Any]], origin: str) -> Recipe:
         try:
             # Through JSON, so that strict types hold and arrays become tuples.
             text = json.dumps(values, default=str)
-            built[section] = TypeAdapter(_SECTIONS[section]).validate_json(text, strict=True)
+            built[section] = _adapter(section).validate_json(text, strict=True)
         except ValidationError as error:
             first = error.errors()[0]
             place = ".".join(str(part) for part in (section, *first["loc"]))
             raise RecipeError(
-                f"{origin}: {place} = {first['input']!r} is not allowed: {first['msg']}."
+                f"{origin}: {place} = {_shown(first['input'])} is not allowed: {first['msg']}."
             ) from error
         except (TrackingError, RecipeError) as error:
             raise RecipeError(f"{origin}: {section}.{error}") from error
     return Recipe(**built)
+
+
+def recipe_from_dict(plain: Mapping[str, Any]) -> Recipe:
+    """The recipe whose :meth:`Recipe.as_dict` this is.
+
+    Raises
+    ------
+    RecipeError
+        If it is none's.
+    """
+    return _build(plain, "recipe")
 
 
 def load_recipe(name: str | Path = "situp", settings: Sequence[str] = ()) -> Recipe:

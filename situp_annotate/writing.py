@@ -45,7 +45,7 @@ def _decoded(
 ) -> Generator[Frame]:
     """The frames with their pictures, decoded once more."""
     with watch.stage("open"):
-        source = open_video(job.path, incomplete=recipe.decoding.incomplete)
+        source = open_video(job.path, incomplete=recipe.decoding.incomplete, limits=recipe.limits)
     with source, reading_ahead(source, threads) as frames:
         for frame in watch.timed("decode", frames):
             yield frame

@@ -184,7 +184,7 @@ def run(
     if verbose and quiet:
         raise click.UsageError("--verbose and --quiet exclude each other.")
     chosen = load_recipe(recipe, settings)
-    jobs = load_manifest(manifest, allow_outside=allow_outside).jobs
+    jobs = load_manifest(manifest, allow_outside=allow_outside, limits=chosen.limits).jobs
     if dry_run:
         _show_plan(jobs, output, chosen, fresh=fresh, shard=shard)
         return

@@ -24,9 +24,15 @@ from situp_annotate.propagation.spans import (
 )
 from situp_annotate.propagation.walking import PassCache, Survey, Walker
 from situp_annotate.tracking import SitupTracker
-from situp_annotate.types import Extend, Keyframe, Method, Track
+from situp_annotate.types import BoundingBox, Extend, Keyframe, Method, Track
 
 __all__ = ["propagate"]
+
+_MOST_OF_PICTURE = 2
+"""Width or height of a box that is tracked, over the picture's: memory grows with both."""
+
+_LEAST_SIZE = 0.001
+"""Pixels; the tracker would divide by the area."""
 
 
 def propagate(
@@ -99,6 +105,18 @@ def _by_id(tracks: Sequence[Track]) -> list[Track]:
     return sorted(tracks, key=lambda track: track.id)
 
 
+def _fault(box: BoundingBox, height: int, width: int, *, tracked: bool) -> str | None:
+    """Why nothing can start from a box; None if it can."""
+    picture = f"the picture of {width}×{height} pixels"
+    if not box.intersects(width, height):
+        return f"lies outside {picture}"
+    if tracked and max(box.width / width, box.height / height) > _MOST_OF_PICTURE:
+        return f"is more than {_MOST_OF_PICTURE} times as wide or high as {picture}"
+    if tracked and min(box.width, box.height) < _LEAST_SIZE:
+        return f"is less than {_LEAST_SIZE} pixels wide or high"
+    return None
+
+
 class _Plan:
     """What is to be done for one track."""
 
@@ -108,22 +126,18 @@ class _Plan:
         self._method = track.method or options.method
         self._both = options.direction == "both"
         self._extend = (track.extend or options.extend) is Extend.BOTH
-        self._keyframes = [k for k in track.keyframes if self._is_in_picture(k, size_hw)]
+        self._keyframes = [k for k in track.keyframes if self._is_usable(k, size_hw)]
 
     @property
     def _tracked(self) -> bool:
         return self._method is Method.SITUP
 
-    def _is_in_picture(self, keyframe: Keyframe, size_hw: tuple[int, int]) -> bool:
+    def _is_usable(self, keyframe: Keyframe, size_hw: tuple[int, int]) -> bool:
         height, width = size_hw
-        if keyframe.box is None or keyframe.box.intersects(width, height):
-            return True
-        self._skip(
-            keyframe,
-            f"the box of the keyframe at frame {keyframe.frame} lies outside the picture of "
-            f"{width}×{height} pixels",
-        )
-        return False
+        fault = keyframe.box and _fault(keyframe.box, height, width, tracked=self._tracked)
+        if fault:
+            self._skip(keyframe, f"the box of the keyframe at frame {keyframe.frame} {fault}")
+        return not fault
 
     def cut(self, frame_count: int) -> None:
         """Leave out keyframes past the end of the video."""

@@ -1,6 +1,7 @@
 """Find the videos below a folder, and tell one video from another by its content."""
 
 import hashlib
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -80,24 +81,31 @@ def fingerprint(path: Path) -> str:
     -------
     str
         SHA-256 in hexadecimal: of the file's bytes; of a folder, over each picture's name and
-        the hash of its bytes, sorted by name.
+        the hash of its bytes, sorted by name. What is no file, such as a link that leads nowhere,
+        counts as an empty one.
 
     Raises
     ------
     VideoMissingError
         If it is not there or cannot be read.
     VideoFormatError
-        If it is a folder without pictures.
+        If it is a folder without pictures, or neither a file nor a folder.
     """
     try:
         if not path.is_dir():
+            if path.exists() and not path.is_file():
+                raise VideoFormatError(
+                    f"{path}: neither a file nor a folder but a pipe, a socket or a device; name "
+                    "a video."
+                )
             return _hash_file(path).hexdigest()
         images = sorted((image.relative_to(path).as_posix(), image) for image in list_images(path))
         if not images:
             raise VideoFormatError(f"{path}: the folder holds no pictures; name a video.")
         total = hashlib.sha256()
         for name, image in images:
-            total.update(name.encode() + b"\0" + _hash_file(image).digest())
+            content = _hash_file(image) if image.is_file() else hashlib.sha256()
+            total.update(os.fsencode(name) + b"\0" + content.digest())
         return total.hexdigest()
     except OSError as error:
         raise VideoMissingError(

@@ -5,6 +5,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import av
 from av.video.frame import VideoFrame
 
 from situp_annotate.errors import FrameSizeError, VideoError
@@ -63,7 +64,7 @@ class FileRewinder:
         self._times_ns = times_ns
         self._unusable: set[int] = set()
         self._first_shown: dict[int, int] = {}
-        self._stream = IndexedStream(path)
+        self._stream = IndexedStream(path, max_pixels=info.width * info.height)
         try:
             first = self._first_picture()
             self._capacity = max(1, budget_bytes // max(1, _byte_count(first)))
@@ -115,9 +116,11 @@ class FileRewinder:
 
     def _frame(self, index: int, picture: VideoFrame) -> Frame:
         info = self._info
-        image = upright_image(
-            picture, grey=self._stream.grey, rotation_degrees=info.rotation_degrees
-        )
+        turn = info.rotation_degrees
+        try:
+            image = upright_image(picture, grey=self._stream.grey, rotation_degrees=turn)
+        except av.FFmpegError as error:
+            raise self._lost(index, index + 1) from error
         if image.shape[:2] != (info.height, info.width):
             raise FrameSizeError(
                 f"{info.path}: frame {index} has {image.shape[1]} × {image.shape[0]} pixels where "

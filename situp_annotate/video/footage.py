@@ -9,6 +9,7 @@ from typing import Literal, Self
 import numpy as np
 
 from situp_annotate.errors import VideoError
+from situp_annotate.limits import Limits
 from situp_annotate.types import Finding, Frame, Image, VideoInfo
 from situp_annotate.video.opening import open_video
 from situp_annotate.video.prefetch import reading_ahead
@@ -63,6 +64,8 @@ class VideoFootage:
         As of `Rewinder`: about how many bytes of decoded pictures a walk backward may hold.
     threads : int
         With more than one, walks forward decode ahead.
+    limits : Limits, optional
+        As of `open_video`.
     walk : ForwardWalk, optional
         Of the same video, from an earlier run; with it, walks backward need no walk forward.
 
@@ -84,11 +87,13 @@ class VideoFootage:
         incomplete: Literal["fail", "keep"] = "fail",
         budget_bytes: int = 256 * 2**20,
         threads: int = 1,
+        limits: Limits | None = None,
         walk: ForwardWalk | None = None,
     ) -> None:
         self._path = path
         self._threads = threads
         self._incomplete = incomplete
+        self._limits = limits
         self._budget_bytes = budget_bytes
         self._walk = walk
         self._rewinder: Rewinder | None = None
@@ -171,7 +176,7 @@ class VideoFootage:
         self.close()
 
     def _open(self) -> FrameSource:
-        return open_video(self._path, incomplete=self._incomplete)
+        return open_video(self._path, incomplete=self._incomplete, limits=self._limits)
 
     def _take_source(self) -> FrameSource:
         """The source that is open and unread, or a new one."""

@@ -1,6 +1,8 @@
 """Decoding with OpenCV's FFmpeg: the decoder of choice."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -8,11 +10,27 @@ import numpy as np
 
 from situp_annotate.errors import VideoIncompleteError
 from situp_annotate.types import Image
+from situp_annotate.video.formats import FILE_ONLY_FOR_OPENCV
 
 __all__ = ["OpenCvDecoder"]
 
 # Broken packets in a row after which the rest is given up.
 _PATIENCE = 64
+
+_OPTIONS = "OPENCV_FFMPEG_CAPTURE_OPTIONS"
+
+
+@contextmanager
+def _file_only() -> Iterator[None]:
+    """Have OpenCV open nothing but video files, here and not wherever else it is used."""
+    outside = os.environ.get(_OPTIONS)
+    os.environ[_OPTIONS] = FILE_ONLY_FOR_OPENCV
+    try:
+        yield
+    finally:
+        del os.environ[_OPTIONS]
+        if outside is not None:
+            os.environ[_OPTIONS] = outside
 
 
 class OpenCvDecoder:
@@ -34,7 +52,9 @@ class OpenCvDecoder:
     def __init__(self, path: Path, *, coded_pictures: int, grey: bool) -> None:
         # FFmpeg's own lines on stderr name no file; what they mean is reported as findings.
         os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-        self._capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, 1])
+        one_thread = [cv2.CAP_PROP_N_THREADS, 1]
+        with _file_only():
+            self._capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG, one_thread)
         # On by default since OpenCV 4.5, but builds differ.
         self._path = path
         self._capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)

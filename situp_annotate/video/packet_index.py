@@ -36,6 +36,8 @@ class IndexedStream:
     ----------
     path : Path
         An absolute path.
+    max_pixels : int
+        Larger pictures do not decode.
 
     Attributes
     ----------
@@ -59,16 +61,17 @@ class IndexedStream:
         If it is no video, or has no video stream.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, max_pixels: int) -> None:
         self.times_ns: list[int | None] = []
         self.all_timed = True
         self.keyframes: list[int] = []
         self.damaged = False
         self._path = path
+        self._max_pixels = max_pixels
         self._positions, self._sizes = array("q"), array("q")
         self._pts, self._dts = array("q"), array("q")
         self._seekable = True
-        self._container, self._stream = open_stream(path)
+        self._container, self._stream = open_stream(path, max_pixels=max_pixels)
         self.grey = is_grey(self._stream.codec_context.pix_fmt or "")
         for packet in self._packets():
             self._list(packet)
@@ -156,7 +159,7 @@ class IndexedStream:
 
     def _reopen(self) -> None:
         self._container.close()
-        self._container, self._stream = open_stream(self._path)
+        self._container, self._stream = open_stream(self._path, max_pixels=self._max_pixels)
 
     def _numbered_from(self, first: int) -> Iterator[tuple[int, _VideoPacket]]:
         """Packets from one on: sought if that leads there, else demuxed from the start."""

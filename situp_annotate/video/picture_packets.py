@@ -7,10 +7,10 @@ every picture they are given, in the file's order, and show it as it is.
 from collections.abc import Generator, Sequence, Set
 from dataclasses import dataclass
 from fractions import Fraction
-from pathlib import Path
 
 import av
 from av.bitstream import BitStreamFilterContext
+from av.container import InputContainer
 from av.video.stream import VideoStream
 
 from situp_annotate.errors import VideoError
@@ -73,7 +73,7 @@ def why_not_passed_on(
         return f"the source is {info.codec}"
     if info.rotation_degrees:
         return "the source is rotated"
-    container, stream = open_stream(info.path.absolute())
+    container, stream = _open(info)
     with container:
         obstacle = _obstacle(stream)
     if obstacle is None and info.timestamps != "stream":
@@ -102,7 +102,7 @@ def _mismatch(info: VideoInfo, times_ns: Sequence[int]) -> str | None:
     """Compare each coded picture with the frame of the same index."""
     count, origin_ns = 0, 0
     try:
-        for packet in _packets(info.path):
+        for packet in _packets(info):
             if count == 0:
                 origin_ns = min(0, packet.time_ns or 0)  # as Timeline does it
             if count == len(times_ns) or not _stands_for(packet, origin_ns, times_ns[count]):
@@ -127,8 +127,12 @@ def _stands_for(packet: _Packet, origin_ns: int, frame_ns: int) -> bool:
     return abs(time_ns - origin_ns - frame_ns) <= _TOLERANCE_NS
 
 
-def _packets(path: Path) -> Generator[_Packet]:
-    container, stream = open_stream(path.absolute())
+def _open(info: VideoInfo) -> tuple[InputContainer, VideoStream]:
+    return open_stream(info.path.absolute(), max_pixels=info.width * info.height)
+
+
+def _packets(info: VideoInfo) -> Generator[_Packet]:
+    container, stream = _open(info)
     with container:
         codec = stream.codec_context.codec.canonical_name
         # Gives keyframes the parameter sets that mp4 and Matroska keep apart.
@@ -158,7 +162,7 @@ def coded_pictures(info: VideoInfo) -> Generator[bytes]:
         If the video cannot be read any more.
     """
     try:
-        for packet in _packets(info.path):
+        for packet in _packets(info):
             yield packet.data
     except av.FFmpegError as error:
         raise VideoError(

@@ -9,7 +9,10 @@ from av.container import InputContainer
 from av.video.stream import VideoStream
 
 from situp_annotate.errors import VideoEmptyError
+from situp_annotate.limits import Limits
 from situp_annotate.types import NS_PER_S
+from situp_annotate.video.bounds import too_large, too_long
+from situp_annotate.video.mp4_claims import claimed_pictures
 from situp_annotate.video.packet_times import PacketTimes
 from situp_annotate.video.pyav_stream import (
     open_container,
@@ -72,7 +75,11 @@ class Probe:
     pixel_aspect_ratio : Fraction
         Width of a pixel over its height, as stored (not turned).
     size_change : SizeChange or None
-        The first change of size.
+        The first change of size that packets tell of.
+    tells_all_sizes : bool
+        Whether there can be no changes of size that packets do not tell of.
+    alone : bool
+        Whether there is no other stream of pictures in the file, such as a cover.
     """
 
     codec: str
@@ -88,6 +95,8 @@ class Probe:
     promised_end_ns: int | None
     pixel_aspect_ratio: Fraction
     size_change: SizeChange | None
+    tells_all_sizes: bool
+    alone: bool
 
     @property
     def grey(self) -> bool:
@@ -105,13 +114,15 @@ def ticks_to_ns(ticks: int, time_base: Fraction) -> int:
     return round(ticks * time_base * NS_PER_S)
 
 
-def probe_video(path: Path) -> Probe:
+def probe_video(path: Path, limits: Limits | None = None) -> Probe:
     """Read all packets of a video file once, without decoding them.
 
     Parameters
     ----------
     path : Path
         An absolute path.
+    limits : Limits, optional
+        How large and how many pictures may be.
 
     Raises
     ------
@@ -121,10 +132,16 @@ def probe_video(path: Path) -> Probe:
         If it is no video, or has no video stream.
     VideoEmptyError
         If there is a video stream without a single packet.
+    VideoTooLargeError
+        If it is beyond a limit.
     """
-    with open_container(path) as container:
+    limits = limits or Limits()
+    if claimed_pictures(path) > limits.max_frames:
+        raise too_long(path, limits.max_frames)
+    with open_container(path, max_pixels=limits.max_pixels) as container:
         stream = video_stream(container, path)
-        survey = _survey(container, stream)
+        _check_header(stream, path, limits)
+        survey = _survey(container, stream, path, limits)
         if survey.times.count == 0:
             raise VideoEmptyError(
                 f"{path}: the video stream holds no picture at all; record or convert it anew."
@@ -140,7 +157,9 @@ class _Survey:
     first_key_pts: int | None = None
     keyframe_seen: bool = False
     undecodable: int = 0
+    first_size_hw: tuple[int, int] | None = None
     size_change: SizeChange | None = None
+    tells_all_sizes: bool = False
 
     def count(self, pts: int | None, dts: int | None, duration: int) -> None:
         """Take in one coded picture."""
@@ -150,20 +169,39 @@ class _Survey:
             self.undecodable += 1  # stored after the first keyframe, built on the one before it
         self.times.add(pts, dts, duration)
 
+    def note_size(self, size_hw: tuple[int, int], time_ns: int | None) -> None:
+        """Take in the size of the picture that is counted next."""
+        if self.first_size_hw is None:
+            self.first_size_hw = size_hw
+        if size_hw != self.first_size_hw and self.size_change is None:
+            self.size_change = SizeChange(self.times.count, time_ns, size_hw)
 
-def _survey(container: InputContainer, stream: VideoStream) -> _Survey:
-    survey = _Survey()
-    watch = SizeWatch(stream)
-    for packet in read_packets(container, stream):
+
+def _check_header(stream: VideoStream, path: Path, limits: Limits) -> None:
+    height, width = stream.codec_context.height, stream.codec_context.width
+    if height * width > limits.max_pixels:
+        raise too_large(path, "the picture", (height, width), limits.max_pixels)
+    if stream.frames > limits.max_frames:
+        raise too_long(path, limits.max_frames)
+
+
+def _survey(container: InputContainer, stream: VideoStream, path: Path, limits: Limits) -> _Survey:
+    watch = SizeWatch(stream, limits.max_pixels)
+    survey = _Survey(tells_all_sizes=watch.misses_nothing)
+    for number, packet in enumerate(read_packets(container, stream)):
+        if number > limits.max_frames:
+            raise too_long(path, limits.max_frames)
         pts, dts, duration = packet.pts, packet.dts, packet.duration or 0
         if packet.is_keyframe and not survey.keyframe_seen:
             survey.keyframe_seen, survey.first_key_pts = True, pts
+        size_hw = watch.look(packet) if packet.size else None
+        if size_hw is not None:
+            if not 0 < size_hw[0] * size_hw[1] <= limits.max_pixels:
+                which = f"picture {survey.times.count}"
+                raise too_large(path, which, size_hw, limits.max_pixels)
+            survey.note_size(size_hw, None if pts is None else _since_start_ns(pts, stream))
         if packet.is_discard or not shows_picture(packet, stream):
             continue  # hidden by an edit list, or never to be seen
-        size_hw = watch.look(packet) if survey.size_change is None else None
-        if size_hw is not None:
-            time_ns = None if pts is None else _since_start_ns(pts, stream)
-            survey.size_change = SizeChange(survey.times.count, time_ns, size_hw)
         survey.count(pts, dts, duration)
     survey.times.finish()
     return survey
@@ -189,7 +227,10 @@ def _conclude(container: InputContainer, stream: VideoStream, survey: _Survey) -
         coded_pictures=times.count - survey.undecodable,
         frame_rate=rate,
         timestamps_usable=usable,
-        usual_step_ns=round(NS_PER_S / rate) if step is None else ticks_to_ns(step, time_base),
+        # Damaged headers may claim more pictures a second than it has nanoseconds.
+        usual_step_ns=max(
+            1, round(NS_PER_S / rate) if step is None else ticks_to_ns(step, time_base)
+        ),
         regular=usable and times.regular,
         last_ns=None if last is None else _since_start_ns(last, stream),
         end_ns=None if end is None else _since_start_ns(end, stream),
@@ -197,6 +238,8 @@ def _conclude(container: InputContainer, stream: VideoStream, survey: _Survey) -
         promised_end_ns=_promised_end_ns(container, stream) if usable or is_avi else None,
         pixel_aspect_ratio=stream.sample_aspect_ratio or Fraction(1),
         size_change=survey.size_change,
+        tells_all_sizes=survey.tells_all_sizes,
+        alone=len(container.streams.video) == 1,
     )
 
 

@@ -2,27 +2,33 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import av
 import cv2
 import numpy as np
+import numpy.typing as npt
 from av.audio.stream import AudioStream
 from av.container import InputContainer
 from av.packet import Packet
 from av.stream import Disposition
+from av.video.codeccontext import VideoCodecContext
 from av.video.frame import VideoFrame
-from av.video.reformatter import Interpolation
+from av.video.reformatter import Colorspace, Interpolation
 from av.video.stream import VideoStream
 
 from situp_annotate.errors import VideoFormatError, VideoMissingError
+from situp_annotate.limits import Limits
 from situp_annotate.types import Image
+from situp_annotate.video.formats import FILE_ONLY
 
 __all__ = [
     "decode_packet",
+    "decoder_options",
     "open_container",
     "open_stream",
     "read_packets",
+    "refuses_size",
     "shows_picture",
     "upright_image",
     "video_stream",
@@ -30,8 +36,7 @@ __all__ = [
 
 _Stream = TypeVar("_Stream", AudioStream, VideoStream)
 
-# Formats by which FFmpeg takes text files, lists of other files and single pictures for videos.
-_NO_VIDEO_FORMATS = frozenset({"concat", "dash", "hls", "image2", "sdp", "tty"})
+_ALWAYS_ALLOWED_PIXELS = 2**20
 
 _TURNS = {
     90: cv2.ROTATE_90_CLOCKWISE,
@@ -40,8 +45,27 @@ _TURNS = {
 }
 
 
-def open_container(path: Path) -> InputContainer:
+def decoder_options(max_pixels: int) -> dict[str, str]:
+    """Options by which FFmpeg refuses a picture before there is memory for it.
+
+    FFmpeg counts some columns and rows at the borders, too: it is given some slack, and whoever
+    sees the picture's size goes by that.
+    """
+    return {"max_pixels": str(max(max_pixels * 5 // 4, _ALWAYS_ALLOWED_PIXELS))}
+
+
+def refuses_size(context: VideoCodecContext, max_pixels: int) -> bool:
+    """Whether a decoder with `decoder_options` was last asked for a picture that is too large.
+
+    It then holds that size or, of most codecs, none at all.
+    """
+    return not 0 < context.width * context.height <= max_pixels
+
+
+def open_container(path: Path, *, max_pixels: int = Limits().max_pixels) -> InputContainer:
     """Open a video file for demuxing.
+
+    FFmpeg decodes a few pictures already here; none beyond `max_pixels`.
 
     Raises
     ------
@@ -50,15 +74,15 @@ def open_container(path: Path) -> InputContainer:
     VideoFormatError
         If it is no video.
     """
+    _check_is_file(path)
+    options = FILE_ONLY | decoder_options(max_pixels)
     try:
-        # A playlist must not make FFmpeg fetch anything. Titles may be in any encoding.
-        container = av.open(
-            str(path), options={"protocol_whitelist": "file"}, metadata_errors="replace"
-        )
-    except (FileNotFoundError, PermissionError, IsADirectoryError) as error:
-        raise VideoMissingError(
-            f"{path}: the video cannot be read ({error.strerror}); correct the path or its "
-            "permissions."
+        # Titles may be in any encoding.
+        return av.open(str(path), options=options, metadata_errors="replace")
+    except av.ArgumentError as error:
+        raise VideoFormatError(
+            f"{path}: not a video but a text, a list of files, a single picture, sound alone, or "
+            "in a format that is not read here; name a video file or a folder of pictures."
         ) from error
     except (av.FFmpegError, OSError) as error:
         raise VideoFormatError(
@@ -66,14 +90,21 @@ def open_container(path: Path) -> InputContainer:
             "of file, or a recording that was cut off before its index was written. Replace it or "
             "convert it anew."
         ) from error
-    name = container.format.name
-    if name in _NO_VIDEO_FORMATS or name.endswith("_pipe"):
-        container.close()
-        raise VideoFormatError(
-            f"{path}: not a video but a text, a list of files or a single picture (FFmpeg takes it "
-            f"for {name!r}); name a video file or a folder of pictures."
-        )
-    return container
+
+
+def _check_is_file(path: Path) -> None:
+    try:
+        if path.exists() and not path.is_file():  # a pipe makes whoever opens it wait
+            raise VideoFormatError(
+                f"{path}: neither a file nor a folder but a pipe, a socket or a device; name a "
+                "video file or a folder of pictures."
+            )
+        path.open("rb").close()
+    except OSError as error:
+        raise VideoMissingError(
+            f"{path}: the video cannot be read ({error.strerror}); correct the path or its "
+            "permissions."
+        ) from error
 
 
 def video_stream(container: InputContainer, path: Path) -> VideoStream:
@@ -126,13 +157,17 @@ def shows_picture(packet: "Packet[VideoStream]", stream: VideoStream) -> bool:
     return not is_vp8 or bool(memoryview(packet)[0] & 0x10)
 
 
-def open_stream(path: Path) -> tuple[InputContainer, VideoStream]:
+def open_stream(
+    path: Path, *, max_pixels: int = Limits().max_pixels
+) -> tuple[InputContainer, VideoStream]:
     """Open a video file to decode its pictures with one thread.
 
     Parameters
     ----------
     path : Path
         An absolute path: FFmpeg reads ``name:rest`` as a protocol otherwise.
+    max_pixels : int
+        Larger pictures do not decode.
 
     Raises
     ------
@@ -141,7 +176,7 @@ def open_stream(path: Path) -> tuple[InputContainer, VideoStream]:
     VideoFormatError
         If it is no video, or has no video stream.
     """
-    container = open_container(path)
+    container = open_container(path, max_pixels=max_pixels)
     try:
         stream = video_stream(container, path)
     except BaseException:
@@ -149,6 +184,7 @@ def open_stream(path: Path) -> tuple[InputContainer, VideoStream]:
         raise
     stream.thread_type = "NONE"
     stream.codec_context.thread_count = 1
+    stream.codec_context.options = decoder_options(max_pixels)
     return container, stream
 
 
@@ -158,6 +194,13 @@ def decode_packet(packet: "Packet[VideoStream]") -> list[VideoFrame]:
         return packet.decode()
     except av.FFmpegError:
         return []  # whoever counts the pictures finds out what is missing
+
+
+def _to_bgr(frame: VideoFrame, colorspace: Colorspace | None = None) -> npt.NDArray[Any]:
+    bicubic = Interpolation.BICUBIC
+    return frame.to_ndarray(
+        format="bgr24", interpolation=bicubic, threads=1, src_colorspace=colorspace
+    )
 
 
 def upright_image(frame: VideoFrame, *, grey: bool, rotation_degrees: int) -> Image:
@@ -177,14 +220,23 @@ def upright_image(frame: VideoFrame, *, grey: bool, rotation_degrees: int) -> Im
     Image
         (h, w) from a grey stream, else (h, w, 3) as B, G, R; contiguous.
 
+    Raises
+    ------
+    av.FFmpegError
+        If FFmpeg has no way to do it.
+
     Notes
     -----
     These are OpenCV's pixels, byte for byte: ``cv2.VideoCapture`` too converts with FFmpeg's
     bicubic scaler and no further flags, and takes grey to three equal channels first. PyAV's own
     default is the bilinear one, which differs on 10 bit colour and on odd sizes; accurate
-    rounding differs on nearly every picture.
+    rounding differs on nearly every picture. Colours that the scaler does not know, such as YCgCo,
+    are taken for ITU-R BT.601's.
     """
-    image = frame.to_ndarray(format="bgr24", interpolation=Interpolation.BICUBIC, threads=1)
+    try:
+        image = _to_bgr(frame)
+    except av.FFmpegError:
+        image = _to_bgr(frame, Colorspace.ITU601)
     pixels = image[:, :, 0] if grey else image
     turn = _TURNS.get(rotation_degrees)
     upright = pixels if turn is None else cv2.rotate(pixels, turn)

@@ -52,7 +52,7 @@ class Rewinder:
         self._times_ns = times_ns
         self._source: ImageFolderDecoder | FileRewinder
         if info.decoder == ImageFolderDecoder.name:
-            self._source = _open_folder(place, len(times_ns))
+            self._source = _open_folder(place, info, len(times_ns))
         else:
             self._source = FileRewinder(place, info, times_ns, budget_bytes=budget_bytes)
 
@@ -105,8 +105,8 @@ class Rewinder:
             yield Frame(index, self._times_ns[index], folder.read(index))
 
 
-def _open_folder(place: Path, count: int) -> ImageFolderDecoder:
-    folder = ImageFolderDecoder(place)
+def _open_folder(place: Path, info: VideoInfo, count: int) -> ImageFolderDecoder:
+    folder = ImageFolderDecoder(place, max_pixels=info.width * info.height)
     if len(folder.paths) < count:
         raise VideoError(
             f"{place}: the folder holds {len(folder.paths)} pictures where {count} were read "

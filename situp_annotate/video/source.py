@@ -1,10 +1,13 @@
 """Walk through a video, frame by frame, from the start to the end, and check it on the way."""
 
+from collections.abc import Iterable
 from types import TracebackType
 from typing import Self
 
 from situp_annotate.errors import FrameSizeError, VideoIncompleteError
+from situp_annotate.limits import Limits
 from situp_annotate.types import NS_PER_S, Finding, Frame, VideoInfo
+from situp_annotate.video.bounds import too_long
 from situp_annotate.video.decoder import Decoder
 from situp_annotate.video.findings import FindingLog
 from situp_annotate.video.probe import Probe, SizeChange
@@ -31,14 +34,22 @@ class FrameSource:
     """
 
     def __init__(
-        self, info: VideoInfo, decoder: Decoder, probe: Probe | None, *, keep_incomplete: bool
+        self,
+        info: VideoInfo,
+        decoder: Decoder,
+        probe: Probe | None,
+        *,
+        findings: Iterable[Finding] = (),
+        keep_incomplete: bool,
+        limits: Limits,
     ) -> None:
-        """Take over a decoder that stands at its first picture."""
+        """Take over a decoder that stands at its first picture, and findings on the whole video."""
         self.info = info
         self.frames_decoded = 0
         self._decoder = decoder
         self._probe = probe
         self._keep = keep_incomplete
+        self._limits = limits
         self._at_first = True
         self._ended = False
         self._log = FindingLog()
@@ -48,7 +59,7 @@ class FrameSource:
             usual_step_ns=probe.usual_step_ns if probe else round(NS_PER_S / info.frame_rate),
             regular=probe is not None and probe.regular,
         )
-        for finding in _opening_findings(info, probe):
+        for finding in findings:
             self._log.add(finding)
 
     @property
@@ -84,6 +95,8 @@ class FrameSource:
             If the frames end before the header says they should.
         FrameSizeError
             If the picture changes its size.
+        VideoTooLargeError
+            If there are too many frames, or one is too large.
         """
         pts_ns = self._next_time()
         if pts_ns is None:
@@ -105,6 +118,8 @@ class FrameSource:
             If the frames end before the header says they should.
         FrameSizeError
             If the picture changes its size.
+        VideoTooLargeError
+            If there are too many frames, or one is too large.
         """
         while self._next_time() is not None:
             pass
@@ -126,6 +141,8 @@ class FrameSource:
         try:
             if self._at_first or self._decoder.advance():
                 self._at_first = False
+                if self.frames_decoded == self._limits.max_frames:
+                    raise too_long(self.info.path, self._limits.max_frames)
                 self._check_size(self._decoder.time_ns)
                 return True
             self._check_end()
@@ -191,23 +208,3 @@ class FrameSource:
         if last_ns == probe.last_ns and probe.end_ns is not None:
             return probe.end_ns  # the last picture may be meant to stand for long
         return last_ns + probe.usual_step_ns
-
-
-def _opening_findings(info: VideoInfo, probe: Probe | None) -> list[Finding]:
-    findings = []
-    if info.decoder == "pyav":
-        findings.append(
-            Finding(
-                "decoder",
-                f"OpenCV cannot decode this {info.codec} video; PyAV decodes it instead.",
-            )
-        )
-    if probe is not None and info.timestamps == "frame_rate":
-        findings.append(
-            Finding(
-                "timestamps",
-                "The stream has no times that can be used; frames are timed by their number at "
-                f"{float(info.frame_rate):.6g} frames a second.",
-            )
-        )
-    return findings

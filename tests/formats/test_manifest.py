@@ -27,7 +27,7 @@ from situp_annotate.formats.manifest.schema import (
     VideoEntry,
 )
 from situp_annotate.formats.manifest.wording import RULES
-from situp_annotate.types import BoundingBox, Extend, Keyframe, Method, Track, VideoJob
+from situp_annotate.types import MOST_PIXELS, BoundingBox, Extend, Keyframe, Method, Track, VideoJob
 
 BOX = [10, 20, 30, 40]
 SHORT = {"id": 1, "label": "car", "frame": 0, "box": BOX}
@@ -137,7 +137,7 @@ def test_everything_a_manifest_can_say(tmp_path):
         path,
         sha256,
         (
-            VideoJob("street", tmp_path / "clips/street.mp4", (person, car), sha256),
+            VideoJob("street", tmp_path / "clips/street.mp4", (person, car), sha256, 9, (360, 640)),
             VideoJob("night-b", tmp_path / "night/b.mp4", (), sha256),
         ),
     )
@@ -285,12 +285,17 @@ REFUSED = {
     "negative width": (
         tracks(track(box=[1, 2, -5, 4])),
         "$.videos[0].tracks[0].box[2]",
-        ["-5 is not allowed; width must be greater than 0."],
+        ["-5 is not allowed; width must be greater than 0 and at most 1000000000."],
     ),
     "no height": (
         tracks(track(box=[1, 2, 3, 0])),
         "$.videos[0].tracks[0].box[3]",
-        ["0 is not allowed; height must be greater than 0."],
+        ["0 is not allowed; height must be greater than 0 and at most 1000000000."],
+    ),
+    "a place beyond all pictures": (
+        tracks(track(box=[-1e300, 2, 3, 4])),
+        "$.videos[0].tracks[0].box[0]",
+        ["-1e+300 is not allowed; x must be a number from -1000000000 to 1000000000."],
     ),
     "box of three": (
         tracks(track(box=[1, 2, 3])),
@@ -627,14 +632,15 @@ def test_default_ids_are_always_safe(path):
 # ---- writing -------------------------------------------------------------------------------
 
 _numbers = st.floats(allow_nan=False, allow_infinity=False)
-_positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
+_places = st.floats(-MOST_PIXELS, MOST_PIXELS)
+_extents = st.floats(0, MOST_PIXELS, exclude_min=True)
 _text = st.text(st.characters(exclude_categories=["Cs"]))
 _json = st.recursive(
     st.none() | st.booleans() | st.integers() | _numbers | _text,
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(_text, inner, max_size=3),
     max_leaves=5,
 )
-_boxes = st.builds(BoundingBox, _numbers, _numbers, _positive, _positive)
+_boxes = st.builds(BoundingBox, _places, _places, _extents, _extents)
 _frames = st.integers(0, 2**31 - 1)
 
 

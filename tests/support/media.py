@@ -5,11 +5,13 @@ top-left one is light); the other twelve spell the index in binary. ``read_index
 so a test can prove that the *picture* at index k is picture k, upright.
 """
 
+import random
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import av
 import av.container
@@ -24,8 +26,10 @@ __all__ = [
     "LIGHT_BGR",
     "decode_with_pyav",
     "draw_index",
+    "flip_bits",
     "punch_hole",
     "read_index",
+    "remux",
     "truncate",
     "write_audio_only",
     "write_av1",
@@ -223,6 +227,18 @@ def write_cut(source: Path, path: Path, start_seconds: float, **container_option
     return path
 
 
+def remux(source: Path, path: Path) -> Path:
+    """Copy the pictures of a video into another container without encoding."""
+    with av.open(str(source)) as reader, av.open(str(path), "w") as writer:
+        original = reader.streams.video[0]
+        copy = writer.add_stream_from_template(original)
+        for packet in reader.demux(original):
+            if packet.dts is not None:
+                packet.stream = copy
+                writer.mux(packet)
+    return path
+
+
 def write_still_end(source: Path, path: Path, seconds: float) -> Path:
     """Copy a video without encoding and let its last picture stand for `seconds`."""
     with av.open(str(source)) as reader, av.open(str(path), "w") as writer:
@@ -246,7 +262,7 @@ def write_trimmed_end(source: Path, path: Path, seconds: float) -> Path:
     return path
 
 
-def write_size_change(path: Path, *, first: int = 20, second: int = 20) -> Path:
+def write_size_change(path: Path, *, first: int = 20, second: int = 20, **options: Any) -> Path:
     """Write one stream of `first` pictures of 64 × 48 pixels and `second` of 96 × 80."""
     step, ticks = 3000, Fraction(1, 90000)
     sizes = [(48, 64)] * first + [(80, 96)] * second
@@ -255,7 +271,7 @@ def write_size_change(path: Path, *, first: int = 20, second: int = 20) -> Path:
         pictures = [draw_index(number, sizes[number]) for number in numbers]
         part = path.with_suffix(f".{name}{path.suffix}")
         times = [number * step for number in numbers]
-        parts.append(write_video(part, pictures, pts=times, time_base=ticks))
+        parts.append(write_video(part, pictures, pts=times, time_base=ticks, **options))
     with av.open(str(parts[0])) as reader, av.open(str(path), "w") as writer:
         stream = writer.add_stream_from_template(reader.streams.video[0])
         for part in parts:
@@ -271,6 +287,16 @@ def truncate(source: Path, path: Path, share: float) -> Path:
     """Copy the first `share` of the bytes of a file."""
     content = source.read_bytes()
     path.write_bytes(content[: int(len(content) * share)])
+    return path
+
+
+def flip_bits(source: Path, path: Path, seed: int, count: int = 30) -> Path:
+    """Copy a file with so many bits turned round, anywhere in it."""
+    content = bytearray(source.read_bytes())
+    chance = random.Random(seed)
+    for _ in range(count):
+        content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+    path.write_bytes(content)
     return path
 
 

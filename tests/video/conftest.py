@@ -74,6 +74,7 @@ def _write(path: Path, find: Callable[[str], Path]) -> Path:
         "hole.ts": lambda: punch_hole(
             write_video(other / "hole.ts", count=90, b_frames=2), path, 0.4, 0.55
         ),
+        "ycgco.mp4": lambda: write_video(path, options={"x264-params": "colormatrix=YCgCo"}),
         "size_change.ts": lambda: write_size_change(path),
         "size_change.webm": lambda: write_size_change(path),
         "empty.mp4": lambda: write_empty_video(path),

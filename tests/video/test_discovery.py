@@ -1,6 +1,7 @@
 """Finding videos below a folder, and hashing them."""
 
 import hashlib
+import os
 from pathlib import Path
 
 import pytest
@@ -79,6 +80,24 @@ def test_fingerprint_of_a_folder_sees_names_and_contents(tmp_path: Path) -> None
     renamed = fingerprint(tmp_path / "two")
     (tmp_path / "two" / "4.png").write_bytes(b"other")
     assert len({one, renamed, fingerprint(tmp_path / "two")}) == 3
+
+
+def test_fingerprint_of_a_folder_with_what_is_no_file(tmp_path: Path) -> None:
+    whole = fingerprint(write_image_folder(tmp_path / "seq", count=3))
+    (tmp_path / "seq" / "2.png").unlink()
+    os.mkfifo(tmp_path / "seq" / "2.png")
+    pipe = fingerprint(tmp_path / "seq")
+    (tmp_path / "seq" / "2.png").unlink()
+    assert len({whole, pipe, fingerprint(tmp_path / "seq")}) == 3
+
+
+def test_fingerprint_of_names_that_are_no_text(tmp_path: Path) -> None:
+    write_image_folder(tmp_path, count=1)
+    try:
+        (tmp_path / os.fsdecode(b"\xff.png")).write_bytes(b"")
+    except OSError:
+        pytest.skip("this file system has no such names")
+    assert len(fingerprint(tmp_path)) == 64
 
 
 def test_fingerprint_of_nothing(tmp_path: Path) -> None:

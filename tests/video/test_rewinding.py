@@ -54,6 +54,7 @@ KINDS = [
     "hole.ts",
     "size_change.ts",
     "size_change.webm",
+    "ycgco.mp4",
 ]
 # One picture of 64 × 48, a few of them, some groups of pictures, all.
 BUDGETS = [1, 30_000, 150_000, 10**9]

@@ -12,7 +12,9 @@ __all__ = ["comparable_id", "default_id", "is_safe_id", "unique_ids"]
 
 MAX_ID_CHARACTERS = 100
 MAX_ID_BYTES = 200  # file systems stop at 255 bytes, and work files add to the name
-RESERVED_IDS = frozenset({"batch.json", "logs", "report.html"})  # stand beside the folders of the videos
+RESERVED_IDS = frozenset(
+    {"batch.json", "logs", "report.html"}
+)  # stand beside the folders of the videos
 PICTURE_FOLDER = "img"  # where sequences in OTB layout keep their frames
 
 

@@ -73,8 +73,8 @@ def _read(path: Path, max_mb: int) -> bytes:
         if path.exists() and not path.is_file() and not path.is_dir():
             # Whoever opens a pipe waits for somebody to write into it.
             raise ManifestError(f"{path}: a pipe, a socket or a device; give a manifest file.")
-        with path.open("rb") as file:
-            content = file.read(most + 1)
+        is_small = path.stat().st_size <= most
+        content = path.read_bytes() if is_small else b""
     except FileNotFoundError:
         message = f"{path}: there is no such file; `situp-annotate init FOLDER` writes a manifest."
     except IsADirectoryError:
@@ -84,7 +84,7 @@ def _read(path: Path, max_mb: int) -> bytes:
     except ValueError:  # a null character in the path
         message = f"{str(path)!r}: no file can have this name."
     else:
-        if len(content) <= most:
+        if is_small:
             return content
         message = (
             f"{path}: the file is larger than limits.max_manifest_mb = {max_mb} allows; raise the "
