@@ -167,10 +167,11 @@ def _ids(output: Path, status: str) -> list[str]:
     batch = _read_json(path, otherwise=hint)
     try:
         ids = [video["id"] for video in batch["videos"] if video["status"] == status]
-        if not all(map(is_safe_id, ids)) or len({*ids}) < len(ids):
-            raise ValueError("ids that name no folders")
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise SitupError(f"{path}: this is not what a run writes; {hint}.") from error
+        are_folders = all(map(is_safe_id, ids)) and len({*ids}) == len(ids)
+    except (KeyError, TypeError, AttributeError):
+        ids, are_folders = [], False
+    if not are_folders:
+        raise SitupError(f"{path}: this is not what a run writes; {hint}.")
     return ids
 
 

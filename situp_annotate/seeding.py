@@ -9,12 +9,15 @@ from typing import Literal
 from situp_annotate.errors import SitupError
 from situp_annotate.formats.importing import IMPORTERS
 from situp_annotate.formats.seeds import ImportHints
+from situp_annotate.formats.zipped import open_regular, read_text
 from situp_annotate.types import Track
 from situp_annotate.video import find_videos, open_video
 
 __all__ = ["SeededVideo", "VideoFinder", "import_seeds", "read_class_names", "recognize"]
 
 _HEAD_BYTES = 4096
+_MOST_SHOWN = 200
+"""Characters of a name, in a message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,10 +109,11 @@ class VideoFinder:
             if self._ids
             else "name the one that is meant with --videos"
         )
+        shown = repr(wanted[:_MOST_SHOWN])
         if matches:
-            return f"{origin}: {wanted!r} may be {matches[0]} or {matches[1]}; {help_}."
+            return f"{origin}: {shown} may be {matches[0]} or {matches[1]}; {help_}."
         known = ", ".join([*self._ids, *(path.name for path in self._videos)][:5]) or "none"
-        return f"{origin}: there is no video named {wanted!r} (videos here: {known}); {help_}."
+        return f"{origin}: there is no video named {shown} (videos here: {known}); {help_}."
 
 
 def _videos_at(place: Path) -> list[Path]:
@@ -122,12 +126,9 @@ def read_class_names(path: Path) -> dict[int, str]:
     Raises
     ------
     SitupError
-        If the file cannot be read.
+        If the file cannot be read, or is too large.
     """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise SitupError(f"{path}: cannot be read as a text file: {error}.") from error
+    lines = read_text(path).splitlines()
     return {number: line.strip() for number, line in enumerate(lines, start=1) if line.strip()}
 
 
@@ -140,7 +141,7 @@ def recognize(path: Path) -> str:
         If the file cannot be read, or has none of the formats.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             head = file.read(_HEAD_BYTES)
     except OSError as error:
         raise SitupError(f"{path}: cannot be read: {error.strerror or error}.") from error

@@ -3,6 +3,8 @@
 import dataclasses
 import json
 import math
+import shutil
+from pathlib import Path
 
 import pytest
 from support.patch import patch_job, write_patch
@@ -68,18 +70,68 @@ def test_what_is_no_run_is_refused(tmp_path, out, job):
         list(read_run(tmp_path))
 
 
+@pytest.fixture
+def copied(tmp_path, out, job):
+    """The folder of the video, to be damaged."""
+    return Path(shutil.copytree(out / job.id, tmp_path / job.id))
+
+
 @pytest.mark.parametrize("name", ["summary.json", "manifest.json", "labels.csv"])
-def test_a_missing_file_is_named(tmp_path, out, job, name):
-    for path in (out / job.id).iterdir():
-        if path.name != name:
-            (tmp_path / path.name).write_bytes(path.read_bytes())
+def test_a_missing_file_is_named(copied, name):
+    (copied / name).unlink()
     with pytest.raises(SitupError, match=name):
-        read_video(tmp_path)
+        read_video(copied)
 
 
-def test_a_strange_summary_is_refused(tmp_path, out, job):
-    for path in (out / job.id).iterdir():
-        (tmp_path / path.name).write_bytes(path.read_bytes())
-    (tmp_path / "summary.json").write_text(json.dumps({"frames": "many"}))
-    with pytest.raises(SitupError, match="not what `situp-annotate run` writes"):
-        read_video(tmp_path)
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("frames",), "many"),
+        (("frames",), -1),
+        (("frames",), 2**31),
+        (("video",), None),
+        (("video", "width"), 0),
+        (("video", "width"), "wide"),
+        (("video", "frame_rate"), "1/0"),
+        (("video", "frame_rate"), "0"),
+        (("video", "frame_rate"), 25),
+        (("video", "frame_rate"), "1e999999999"),
+    ],
+)
+def test_a_strange_summary_is_refused(copied, place, value):
+    path = copied / "summary.json"
+    summary = json.loads(path.read_text())
+    owner = summary
+    for key in place[:-1]:
+        owner = owner[key]
+    owner[place[-1]] = value
+    path.write_text(json.dumps(summary))
+    with pytest.raises(SitupError, match=r"summary\.json: .*not what `situp-annotate run` writes"):
+        read_video(copied)
+
+
+def test_labels_past_the_end_of_the_video_are_refused(copied):
+    path = copied / "summary.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"frames": 11}))
+    with pytest.raises(SitupError, match=r"labels\.csv: frame 11 has labels, but .* 11 frames"):
+        read_video(copied)
+
+
+def test_a_folder_with_the_labels_of_another_video_is_refused(copied):
+    other = copied.rename(copied.with_name("other"))
+    with pytest.raises(SitupError, match=r"manifest\.json: this is of the video 'patch', not"):
+        read_video(other)
+
+
+@pytest.mark.parametrize("ids", [["../out"], ["/etc"], [""], [3], [["a"]], ["a", "a"]])
+def test_ids_that_name_no_folders_of_the_run_are_refused(tmp_path, ids):
+    videos = [{"id": video_id, "status": "ok"} for video_id in ids]
+    (tmp_path / "batch.json").write_text(json.dumps({"videos": videos}))
+    with pytest.raises(SitupError, match=r"batch\.json: this is not what a run writes"):
+        run_folders(tmp_path)
+
+
+def test_json_that_is_nested_too_deeply_is_refused(tmp_path):
+    (tmp_path / "batch.json").write_text("[" * 100_000)
+    with pytest.raises(SitupError, match=r"batch\.json: this is not valid JSON"):
+        run_folders(tmp_path)

@@ -6,8 +6,8 @@ from situp_annotate.errors import SitupError
 
 __all__ = ["checked_label", "is_label"]
 
-_REFUSED = ("Cc", "Cs")
-"""Unicode's categories of control characters, line breaks and tabs among them, and surrogates."""
+_REFUSED = ("Cc", "Cs", "Zl", "Zp")
+"""Unicode's categories of control characters, surrogates, and what else ends a line."""
 
 
 def is_label(text: str) -> bool:

@@ -7,6 +7,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from situp_annotate.errors import SitupError
 from situp_annotate.formats.manifest.wording import show_place, show_value
+from situp_annotate.formats.zipped import open_readable
 
 __all__ = ["read_bytes", "validate_json"]
 
@@ -21,10 +22,11 @@ def read_bytes(path: Path) -> bytes:
     Raises
     ------
     SitupError
-        If it cannot be read.
+        If it cannot be read, or is too large.
     """
     try:
-        return path.read_bytes().removeprefix(_BYTE_ORDER_MARK)
+        with open_readable(path) as file:
+            return file.read().removeprefix(_BYTE_ORDER_MARK)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise SitupError(f"{path}: cannot be read: {reason}.") from error

@@ -5,6 +5,7 @@ mixes them), with pixels counted from 1. Where the object is absent, numbers are
 positive. Of several targets, each has a file with its number: ``groundtruth_rect.1.txt``.
 """
 
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from situp_annotate.errors import SitupError
+from situp_annotate.errors import BoxError, SitupError
 from situp_annotate.formats.class_labels import checked_label
 from situp_annotate.formats.seeds import ImportHints, Seeds
 from situp_annotate.formats.zipped import read_text
@@ -79,27 +80,36 @@ def recognizes_otb(path: Path, head: bytes) -> bool:
     return True
 
 
-def _keyframes(boxes: npt.NDArray[np.float64], origin: int) -> Iterator[Keyframe]:
-    is_there = False
-    for frame, (x, y, width, height) in enumerate(boxes.tolist()):
-        was_there = is_there
-        is_there = bool(np.isfinite([x, y]).all()) and width > 0 and height > 0
-        if is_there:
-            yield Keyframe(frame, BoundingBox(x - origin, y - origin, width, height))
-        elif was_there:
-            yield Keyframe(frame, None)
+def _box(numbers: list[float], origin: int, place: str) -> BoundingBox | None:
+    x, y, width, height = numbers
+    if not (math.isfinite(x) and math.isfinite(y) and width > 0 and height > 0):
+        return None
+    try:
+        return BoundingBox(x - origin, y - origin, width, height)
+    except BoxError as error:
+        raise SitupError(f"{place}: {error}") from error
+
+
+def _keyframes(path: Path, origin: int) -> Iterator[Keyframe]:
+    was_there = False
+    for frame, numbers in enumerate(read_boxes(path).tolist()):
+        box = _box(numbers, origin, f"{path}: box {frame + 1}")
+        if box or was_there:
+            yield Keyframe(frame, box)
+        was_there = box is not None
 
 
 def _targets(path: Path) -> dict[int, Path]:
     """The file of each target of a sequence, by number."""
     if not _NUMBERED.fullmatch(path.stem):
         return {1: path}
-    files = [path, *path.parent.glob(f"{TRUTH}.*{path.suffix}")]
+    others = (file for file in path.parent.glob(f"{TRUTH}.*") if file.suffix == path.suffix)
+    files = [path, *others]
     return {int(found[1]): file for file in files if (found := _NUMBERED.fullmatch(file.stem))}
 
 
 def _track(path: Path, number: int, label: str, origin: int) -> Track:
-    keyframes = tuple(_keyframes(read_boxes(path), origin))
+    keyframes = tuple(_keyframes(path, origin))
     if not keyframes:
         raise SitupError(f"{path}: there is no box in this file; give x, y, width, height a line.")
     return Track(number, checked_label(label, str(path)), keyframes)

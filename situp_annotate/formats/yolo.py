@@ -145,5 +145,6 @@ def write_yolo(videos: Iterable[LabelledVideo], folder: Path, options: ExportOpt
 
 
 def _yaml_text(text: str) -> str:
-    """JSON's strings are YAML's, too."""
-    return json.dumps(text, ensure_ascii=False)
+    """JSON's strings are YAML's, too, but for characters that YAML refuses or breaks lines at."""
+    quoted = json.dumps(text, ensure_ascii=False)
+    return "".join(c if c.isprintable() else f"\\U{ord(c):08x}" for c in quoted)

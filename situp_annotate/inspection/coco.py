@@ -71,7 +71,7 @@ def _key(value: object) -> int | str | None:
 def _is_box(value: object) -> bool:
     if not isinstance(value, list) or len(value) != 4:
         return False
-    if not all(isinstance(side, int | float) and math.isfinite(side) for side in value):
+    if not all(isinstance(side, int | float) and -math.inf < side < math.inf for side in value):
         return False
     return bool(value[2] > 0 and value[3] > 0)
 

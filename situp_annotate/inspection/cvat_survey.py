@@ -8,16 +8,13 @@ from xml.etree.ElementTree import ParseError
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
+from situp_annotate.formats.cvat.xml import MAX_DEPTH, MAX_SILENCE, PIECE
 from situp_annotate.inspection.rows import Tally
 
 __all__ = ["CvatSurvey", "read_cvat"]
 
-_PIECE = 64 * 2**10
 _MAX_TEXT = 10_000
-_MAX_SILENCE = 16 * 2**20
-"""Bytes without a single tag, after which the file is given up."""
 _MAX_NAMES = 1000
-_MAX_DEPTH = 100
 _CORNERS = ("xtl", "ytl", "xbr", "ybr")
 _OTHER_SHAPES = frozenset(
     {"cuboid", "ellipse", "mask", "points", "polygon", "polyline", "skeleton", "tag"}
@@ -61,7 +58,7 @@ class CvatSurvey:
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         """Take in an opening tag."""
         self.tags += 1
-        if len(self._path) > _MAX_DEPTH:
+        if len(self._path) > MAX_DEPTH:
             raise ValueError("tags are nested too deeply")
         self._path.append(tag)
         self._text = ""
@@ -155,12 +152,13 @@ def read_cvat(file: IO[bytes], survey: CvatSurvey) -> str | None:
     parser: Any = DefusedXMLParser(target=survey, forbid_dtd=True)
     silence, tags = 0, 0
     try:
-        while piece := file.read(_PIECE):
+        while piece := file.read(PIECE):
             parser.feed(piece)
             silence = 0 if survey.tags > tags else silence + len(piece)
             tags = survey.tags
-            if silence > _MAX_SILENCE:
-                return "there are 16 MiB without a tag, which no annotation tool writes"
+            if silence > MAX_SILENCE:
+                mebibytes = MAX_SILENCE // 2**20
+                return f"there are {mebibytes} MiB without a tag, which no annotation tool writes"
         parser.close()
     except ParseError as error:
         return f"it is not well-formed: {error}"

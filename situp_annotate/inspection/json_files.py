@@ -1,13 +1,15 @@
 """What a JSON file is: our manifests and results, or labels of another tool."""
 
-import json
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from pydantic_core import from_json
+
 from situp_annotate.errors import ManifestError
 from situp_annotate.formats.manifest import load_manifest
+from situp_annotate.formats.manifest.ids import is_safe_id
 from situp_annotate.inspection.coco import inspect_coco, is_coco
 from situp_annotate.inspection.label_studio import inspect_label_studio, is_label_studio
 from situp_annotate.inspection.report import FileReport, Grade, Remark, count, problem_report
@@ -17,6 +19,10 @@ __all__ = ["batch_facts", "batch_remarks", "inspect_json", "is_batch", "read_jso
 
 _MAX_BYTES = 128 * 2**20
 _MAX_LINES = 20
+_MAX_TEXT = 1000
+"""Characters of a value that is shown."""
+_MAX_FRAMES = 2**31
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 def read_json(path: Path) -> Any:  # noqa: ANN401 - whatever stands there
@@ -25,21 +31,15 @@ def read_json(path: Path) -> Any:  # noqa: ANN401 - whatever stands there
     Raises
     ------
     ValueError
-        If it is too large, cannot be read, or is no JSON; says why.
+        If it is too large or too deeply nested, cannot be read, or is no JSON; says why.
     """
     if path.stat().st_size > _MAX_BYTES:
         raise ValueError("it is larger than 128 MiB, too large to be looked into")
     try:
-        return json.loads(path.read_bytes().decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise ValueError(f"it is not UTF-8 text (byte {error.start})") from error
-    except json.JSONDecodeError as error:
-        lines = " (several JSON values, one a line?)" if error.msg == "Extra data" else ""
-        raise ValueError(
-            f"line {error.lineno}, column {error.colno}: {error.msg}{lines}"
-        ) from error
-    except RecursionError:
-        raise ValueError("it is nested too deeply") from None
+        return from_json(path.read_bytes().removeprefix(_BYTE_ORDER_MARK))
+    except ValueError as error:
+        lines = " (several JSON values, one a line?)" if "trailing" in str(error) else ""
+        raise ValueError(f"{error}{lines}") from error
 
 
 def inspect_json(path: Path) -> FileReport:
@@ -91,10 +91,17 @@ def _inspect_manifest(path: Path) -> FileReport:
     return FileReport(path, "manifest", title, facts, tuple(_manifest_remarks(path, jobs)))
 
 
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # a name that is too long, or a folder that may not be looked into
+        return False
+
+
 def _manifest_remarks(path: Path, jobs: tuple[VideoJob, ...]) -> Iterator[Remark]:
-    missing = [job for job in jobs if not job.path.exists()]
+    missing = [job for job in jobs if not _is_there(job.path)]
     if missing:
-        names = ", ".join(str(job.path) for job in missing[:5])
+        names = ", ".join(str(job.path)[:_MAX_TEXT] for job in missing[:5])
         yield Remark(
             Grade.PROBLEM,
             "missing",
@@ -131,6 +138,10 @@ def is_batch(document: Any) -> bool:  # noqa: ANN401 - whatever a JSON parser re
     )
 
 
+def _text(entry: dict[str, Any], key: str, missing: str) -> str:
+    return str(entry.get(key, missing))[:_MAX_TEXT]
+
+
 def _videos(document: dict[str, Any]) -> list[dict[str, Any]]:
     return [video for video in document["videos"] if isinstance(video, dict)]
 
@@ -139,11 +150,12 @@ def batch_facts(document: dict[str, Any]) -> tuple[tuple[str, str], ...]:
     """Return what a run did, in words."""
     videos = _videos(document)
     good = [video for video in videos if video.get("status") == "ok"]
-    frames = sum(video["frames"] for video in good if isinstance(video.get("frames"), int))
+    counts = (video.get("frames") for video in good)
+    frames = sum(n for n in counts if isinstance(n, int) and 0 <= n < _MAX_FRAMES)
     return (
         ("videos", f"{len(good)} annotated, {len(videos) - len(good)} failed"),
         ("frames", str(frames)),
-        ("started", str(document.get("started_at", "unknown"))[:40]),
+        ("started", _text(document, "started_at", "unknown")),
     )
 
 
@@ -153,8 +165,8 @@ def batch_remarks(document: dict[str, Any], folder: Path | None) -> Iterator[Rem
     for failure in failures[:_MAX_LINES]:
         yield Remark(
             Grade.PROBLEM,
-            str(failure.get("kind", "failed")),
-            f"{failure.get('id')} failed: {str(failure.get('message', 'no reason given'))[:1000]}",
+            _text(failure, "kind", "failed"),
+            f"{_text(failure, 'id', '?')} failed: {_text(failure, 'message', 'no reason given')}",
         )
     if len(failures) > _MAX_LINES:
         more = f"And {len(failures) - _MAX_LINES} more failed; batch.json has the reasons."
@@ -168,8 +180,8 @@ def batch_remarks(document: dict[str, Any], folder: Path | None) -> Iterator[Rem
         )
     if folder is None:
         return
-    good = [str(video.get("id")) for video in _videos(document) if video.get("status") == "ok"]
-    gone = [name for name in good if not (folder / name / "summary.json").is_file()]
+    good = [_text(v, "id", "") for v in _videos(document) if v.get("status") == "ok"]
+    gone = [n for n in good if not (is_safe_id(n) and (folder / n / "summary.json").is_file())]
     if gone:
         yield Remark(
             Grade.WARNING,
@@ -188,14 +200,14 @@ def _is_summary(document: Any) -> bool:  # noqa: ANN401 - whatever a JSON parser
 def _inspect_summary(path: Path, document: dict[str, Any]) -> FileReport:
     findings = document.get("findings")
     remarks = tuple(
-        Remark(Grade.NOTE, str(finding.get("kind")), str(finding.get("message"))[:1000])
+        Remark(Grade.NOTE, _text(finding, "kind", "finding"), _text(finding, "message", "?"))
         for finding in (findings if isinstance(findings, list) else [])[:_MAX_LINES]
         if isinstance(finding, dict)
     )
     tracks = document["tracks"] if isinstance(document["tracks"], list) else []
     facts = (
-        ("video", str(document.get("id"))),
-        ("frames", str(document.get("frames"))),
+        ("video", _text(document, "id", "unknown")),
+        ("frames", _text(document, "frames", "unknown")),
         ("tracks", str(len(tracks))),
     )
     return FileReport(path, "summary", "outcome of one video (summary.json)", facts, remarks)
@@ -206,7 +218,7 @@ def _inspect_summary(path: Path, document: dict[str, Any]) -> FileReport:
 
 def _unknown(path: Path, document: Any) -> FileReport:  # noqa: ANN401 - whatever stands there
     if isinstance(document, dict):
-        keys = ", ".join(repr(key) for key in list(document)[:8])
+        keys = ", ".join(repr(key)[:40] for key in list(document)[:8])
         shape = f"an object with {keys}" if keys else "an empty object"
     elif isinstance(document, list):
         shape = f"a list of {len(document)}"

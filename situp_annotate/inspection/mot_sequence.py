@@ -2,9 +2,11 @@
 
 import configparser
 import zipfile
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+from situp_annotate.formats.zipped import Member, open_readable
 from situp_annotate.inspection.mot import mot_facts, mot_remarks
 from situp_annotate.inspection.mot_survey import MotSurvey, survey_mot
 from situp_annotate.inspection.report import FileReport, Grade, Remark, count
@@ -73,9 +75,14 @@ def _seqinfo_remarks(text: str, survey: MotSurvey | None) -> Iterator[Remark]:
         )
 
 
+def _text_on_disk(path: Path) -> str:
+    with path.open("rb") as file:
+        return file.read(_MAX_TEXT).decode("utf-8", "replace")
+
+
 def inspect_seqinfo(path: Path) -> FileReport:
     """Look at a ``seqinfo.ini`` that stands alone."""
-    text = path.read_bytes()[:_MAX_TEXT].decode("utf-8", "replace")
+    text = _text_on_disk(path)
     try:
         facts = tuple(_read_seqinfo(text).items())[:20]
     except ValueError:
@@ -102,7 +109,7 @@ def _label_remarks(labels: list[str] | None, survey: MotSurvey) -> Iterator[Rema
             f"labels.txt has {count(len(labels), 'line')}, but there are rows of class {highest}: "
             "class 1 is its first line. Add the missing labels.",
         )
-    double = sorted({label for label in labels if labels.count(label) > 1})
+    double = sorted(label for label, number in Counter(labels).items() if number > 1)
     if double:
         yield Remark(
             Grade.WARNING,
@@ -132,15 +139,16 @@ def inspect_mot_zip(path: Path, archive: zipfile.ZipFile, gt: str) -> FileReport
     """
     prefix = gt.removesuffix(GT_MEMBER)
     names = set(archive.namelist())
-    with archive.open(gt) as member:
+    with open_readable(Member(archive, path, gt)) as member:
         survey = survey_mot(read_lines(member))
     labels = None
     if f"{prefix}gt/labels.txt" in names:
-        text = _member_text(archive, f"{prefix}gt/labels.txt")
+        text = _member_text(Member(archive, path, f"{prefix}gt/labels.txt"))
         labels = [line.strip() for line in text.splitlines() if line.strip()]
     remarks = [*mot_remarks(survey), *_gt_remarks(survey), *_label_remarks(labels, survey)]
     if f"{prefix}seqinfo.ini" in names:
-        remarks += _seqinfo_remarks(_member_text(archive, f"{prefix}seqinfo.ini"), survey)
+        text = _member_text(Member(archive, path, f"{prefix}seqinfo.ini"))
+        remarks += _seqinfo_remarks(text, survey)
     if prefix:
         remarks.append(
             Remark(
@@ -160,9 +168,9 @@ def inspect_mot_zip(path: Path, archive: zipfile.ZipFile, gt: str) -> FileReport
     return FileReport(path, "mot_zip", title, facts, tuple(remarks))
 
 
-def _member_text(archive: zipfile.ZipFile, name: str) -> str:
-    with archive.open(name) as member:
-        return member.read(_MAX_TEXT).decode("utf-8", "replace")
+def _member_text(member: Member) -> str:
+    with open_readable(member) as file:
+        return file.read(_MAX_TEXT).decode("utf-8", "replace")
 
 
 def inspect_mot_folder(folder: Path) -> FileReport:
@@ -175,8 +183,7 @@ def inspect_mot_folder(folder: Path) -> FileReport:
     remarks = list(mot_remarks(survey))
     seqinfo = folder / "seqinfo.ini"
     if seqinfo.is_file():
-        text = seqinfo.read_bytes()[:_MAX_TEXT].decode("utf-8", "replace")
-        remarks += _seqinfo_remarks(text, survey)
+        remarks += _seqinfo_remarks(_text_on_disk(seqinfo), survey)
     facts = (
         ("rows from", source.relative_to(folder).as_posix()),
         *mot_facts(survey),

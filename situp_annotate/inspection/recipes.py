@@ -20,7 +20,7 @@ def inspect_toml(path: Path) -> FileReport:
         return problem_report(path, "unknown", "a large TOML file", message)
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         message = f"It is not valid TOML: {error}."
         return problem_report(path, "recipe", "TOML, not readable", message, remark_kind="toml")
     sections = {field.name for field in fields(Recipe)}

@@ -17,6 +17,8 @@ const svg = (name, attributes) => {
 const compare = (a, b) =>
   typeof a === "string" ? a.localeCompare(b, undefined, { numeric: true }) : a - b;
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+/* Text whose direction, and whatever it does to that, ends with it: as <bdi> does. */
+const isolated = (text) => `\u2068${text}\u2069`;
 const plural = (number, word) => `${number} ${word}${number === 1 ? "" : "s"}`;
 
 function say(text) {

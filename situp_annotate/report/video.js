@@ -160,7 +160,7 @@ class VideoPage {
     suggestion.setAttribute("aria-current", "true");
     const card = suggestion.closest(".card");
     const title = make("b", `${suggestion.dataset.rank} of ${all(".suggestion").length}: `
-      + `#${card.dataset.track} ${card.dataset.label}, frame ${suggestion.dataset.frame}`);
+      + `#${card.dataset.track} ${isolated(card.dataset.label)}, frame ${suggestion.dataset.frame}`);
     const why = make("p", one(".why", suggestion).innerText.replace("\n", " · "));
     const parts = [".snippet", ".copy"].map((each) => one(each, suggestion).cloneNode(true));
     one(".queue").replaceChildren(title, why, ...parts);
@@ -230,7 +230,7 @@ async function copySnippet(button) {
   const snippet = one(".snippet", button.parentElement);
   const owner = button.closest(".suggestion") ?? one(".suggestion[aria-current]");
   const track = owner.closest(".card").dataset;
-  const done = `Copied. Paste it among the keyframes of track ${track.track} (${track.label}).`;
+  const done = `Copied. Paste it among the keyframes of track ${track.track} (${isolated(track.label)}).`;
   try {
     await navigator.clipboard.writeText(snippet.textContent);
     say(done);

@@ -112,8 +112,8 @@ def test_what_cannot_be_read(tmp_path, text):
 
 
 def test_text_without_end_is_given_up(tmp_path):
-    report = inspect_xml(tmp_path, b"<annotations>" + b"x" * (18 * 2**20))
-    assert "16 MiB without a tag" in report.remarks[0].message
+    report = inspect_xml(tmp_path, b"<annotations>" + b"x" * (3 * 2**20))
+    assert "2 MiB without a tag" in report.remarks[0].message
 
 
 def test_other_xml(tmp_path):

@@ -55,7 +55,7 @@ def test_the_worst_remark_comes_first_and_grades_the_file(tmp_path):
         ("Dear diary,\nnothing.", "unknown", "a text file of an unknown kind"),
         ("\n \n", "unknown", "a text file without text"),
         ("#EXTM3U\nhttp://example.org/a.ts\n", "unknown", "a text file of an unknown kind"),
-        ("PK\3\4 but no archive", "zip", "a broken zip archive"),
+        ("PK\3\4 but no archive", "zip", "a zip archive, not readable"),
         ("frame,time_s,track_id,label\n1,2,3,4\n", "labels_csv", "labels.csv), 1 row"),
         ("rank,track_id,label,frame\n", "review_csv", "review.csv), 0 rows"),
     ],

@@ -10,14 +10,14 @@ as ``neg_category_ids`` (LVIS) and not as ``not_exhaustive_category_ids``. All o
 nothing; TAO annotates one a second, and what lies between is for the tracker.
 """
 
-from bisect import bisect_right
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
 from situp_annotate.errors import BoxError, SitupError
 from situp_annotate.formats.class_labels import checked_label
+from situp_annotate.formats.coco.absences import Absences
 from situp_annotate.formats.coco.schema import Annotation, Coco, Image, Video
 from situp_annotate.formats.json_files import read_bytes, validate_json
 from situp_annotate.formats.seeds import ImportHints, Seeds
@@ -214,38 +214,34 @@ class _Annotations:
 # ---- tracks: boxes and absences ------------------------------------------------------------
 
 
-def _claimed(video: _Footage, category: int | None, busy: set[int | None]) -> list[int]:
-    """Frames in which every object of a class has its box, in order."""
-    return [
-        frame
-        for frame, image in sorted(video.images.items())
-        if category not in image.not_exhaustive_category_ids
-        and (image.id in busy or category in image.neg_category_ids)
-    ]
-
-
-def _keyframes(boxes: Mapping[int, Keyframe], claimed: Sequence[int]) -> tuple[Keyframe, ...]:
-    """The boxes, and ``outside`` in the first claimed frame after each run of them."""
+def _keyframes(
+    boxes: Mapping[int, Keyframe], absent_after: Callable[[int], int | None]
+) -> tuple[Keyframe, ...]:
+    """The boxes, and ``outside`` where an image says so first after each run of them."""
     keyframes = dict(boxes)
     for frame in boxes:
-        after = bisect_right(claimed, frame)
-        if after < len(claimed) and claimed[after] not in boxes:
-            keyframes[claimed[after]] = Keyframe(claimed[after], None)
+        absent = absent_after(frame)
+        if absent is not None and absent not in boxes:
+            keyframes[absent] = Keyframe(absent, None)
     return tuple(keyframes[frame] for frame in sorted(keyframes))
 
 
-def _seeds(video: _Footage, busy: set[int | None]) -> Seeds:
+def _track(number: int, found: _Found, absences: Absences) -> Track:
+    def listed_after(frame: int) -> int | None:
+        return frame + 1 if frame + 1 < found.listed else None
+
+    def absent_after(frame: int) -> int | None:
+        return absences.after(frame, found.category)
+
+    after = listed_after if found.listed else absent_after
+    return Track(number, found.label, _keyframes(found.boxes, after))
+
+
+def _seeds(video: _Footage, labelled: set[int | None]) -> Seeds:
     found = [track for track in video.tracks.values() if track.boxes]
-    claimed = {c: _claimed(video, c, busy) for c in {track.category for track in found}}
+    absences = Absences(video.images, labelled)
     ids = free_track_ids([track.wanted_id for track in found])
-    tracks = [
-        Track(
-            number,
-            track.label,
-            _keyframes(track.boxes, range(track.listed) or claimed[track.category]),
-        )
-        for number, track in zip(ids, found, strict=True)
-    ]
+    tracks = [_track(number, track, absences) for number, track in zip(ids, found, strict=True)]
     tracks.sort(key=lambda track: track.id)
     return Seeds(video.entry.file_name or video.entry.name, tuple(tracks), tuple(video.notes))
 
@@ -278,5 +274,5 @@ def read_coco(path: Path, hints: ImportHints) -> list[Seeds]:
     for number, annotation in enumerate(coco.annotations):
         if not annotation.iscrowd:
             annotations.add(annotation, f"{place}.annotations[{number}]")
-    busy = {annotation.image_id for annotation in coco.annotations}
-    return [_seeds(video, busy) for video in videos.values()]
+    labelled = {annotation.image_id for annotation in coco.annotations}
+    return [_seeds(video, labelled) for video in videos.values()]

@@ -8,7 +8,6 @@ Boxes are written whole where they reach out of the picture. CVAT takes them so,
 the picture only when a person changes it.
 """
 
-import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element, ElementTree, SubElement, indent
@@ -17,6 +16,7 @@ from situp_annotate.formats.cvat.attributes import change_frames, changes, text_
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.keyframed import keyframes_of
 from situp_annotate.formats.labelled import LabelledVideo
+from situp_annotate.formats.xml_text import xml_text
 from situp_annotate.types import BoundingBox, Keyframe, Track
 
 __all__ = ["write_cvat"]
@@ -27,17 +27,10 @@ _DECIMALS = 2
 _LEAST_SIZE = 10**-_DECIMALS
 """A box never shrinks to nothing in writing: readers refuse those."""
 
-_NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-
-
-def _xml_text(text: str) -> str:
-    """Put a sign for what no XML file may hold."""
-    return _NOT_IN_XML.sub("\ufffd", text)
-
 
 def _add(parent: Element, tag: str, text: object = "") -> Element:
     element = SubElement(parent, tag)
-    element.text = _xml_text(str(text)) or None
+    element.text = xml_text(str(text)) or None
     return element
 
 
@@ -93,7 +86,7 @@ def _add_track(root: Element, track: Track, keyframes: Sequence[Keyframe]) -> No
     element = _add(root, "track")
     element.attrib = {
         "id": str(track.id - 1),  # CVAT's count from 0
-        "label": _xml_text(track.label),
+        "label": xml_text(track.label),
         "source": "semi-auto",
     }
     corners: dict[str, str] = {}
@@ -113,7 +106,7 @@ def _add_track(root: Element, track: Track, keyframes: Sequence[Keyframe]) -> No
         # CVAT takes what stays the same from the last box.
         for key, value in track.attributes.items():
             attribute = _add(box, "attribute", text_at(value, keyframe.frame))
-            attribute.set("name", _xml_text(key))
+            attribute.set("name", xml_text(key))
 
 
 def _annotations(video: LabelledVideo, options: ExportOptions) -> Element:

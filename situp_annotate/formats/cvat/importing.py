@@ -6,7 +6,7 @@ shapes are left out, and a turned box is replaced by the upright one around it.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -17,7 +17,7 @@ from situp_annotate.formats.class_labels import checked_label
 from situp_annotate.formats.cvat.attributes import from_texts
 from situp_annotate.formats.cvat.xml import children_of_annotations
 from situp_annotate.formats.seeds import ImportHints, Seeds
-from situp_annotate.formats.zipped import opened, zipped_names
+from situp_annotate.formats.zipped import open_readable, opened, zipped_names
 from situp_annotate.types import BoundingBox, Keyframe, Track
 
 __all__ = ["read_cvat", "recognizes_cvat"]
@@ -88,15 +88,12 @@ class _CvatTrack:
 
     Attributes
     ----------
-    task_id : str or None
-        Of the task that it belongs to, in a file of a whole project.
     track : Track or None
         None if the track has no box.
     notes : tuple of str
         What was left out.
     """
 
-    task_id: str | None
     track: Track | None
     notes: tuple[str, ...]
 
@@ -165,22 +162,21 @@ def _track(element: Element, origin: int, path: Path) -> _CvatTrack:
     track_id = _whole(element, "id", f"{path}: a track")
     unnamed = f"{path}: track {track_id}"
     label = checked_label(_value(element, "label", str, "a label", unnamed), unnamed)
-    who = f'track {track_id} ("{label}")'
+    who = f'track {track_id} ("{label[:80]}")'
     place = f"{path}: {who}"
     keys = [box for box in element.findall("box") if _flag(box, "keyframe", place)]
     boxes = sorted(((_whole(box, "frame", place), box) for box in keys), key=lambda entry: entry[0])
     keyframes = _keyframes(boxes, origin, place)
     notes = []
     if shapes := sorted({shape.tag for shape in element if shape.tag != "box"}):
-        notes.append(
-            f"In {who}, only boxes were taken, nothing that is drawn as {', '.join(shapes)}."
-        )
+        drawn = ", ".join(shapes)[:80]
+        notes.append(f"In {who}, only boxes were taken, nothing that is drawn as {drawn}.")
     if any(box.get("rotation") for box in keys):
         notes.append(f"In {who}, turned boxes were replaced by the upright ones around them.")
     if not keyframes:
         notes.append(f"CVAT's {who} was left out, for it has no box.")
     track = Track(track_id + 1, label, keyframes, _attributes(boxes, place)) if keyframes else None
-    return _CvatTrack(element.get("task_id"), track, tuple(notes))
+    return _CvatTrack(track, tuple(notes))
 
 
 # ---- the file --------------------------------------------------------------------------------
@@ -189,28 +185,30 @@ def _track(element: Element, origin: int, path: Path) -> _CvatTrack:
 def _names(meta: Element) -> dict[str | None, str]:
     """Name of each task's video or, if it has none, of the task; by id, and of the first."""
     names: dict[str | None, str] = {}
+    source = meta.findtext("source")
     for task in (*meta.iter("task"), *meta.iter("job")):
-        name = task.findtext("source") or meta.findtext("source") or task.findtext("name") or ""
+        name = task.findtext("source") or source or task.findtext("name") or ""
         names.setdefault(None, name)
         names.setdefault(task.findtext("id"), name)
     return names
 
 
-def _check_ids(tracks: list[Track], path: Path) -> None:
+def _check_ids(tasks: Iterable[list[_CvatTrack]], path: Path) -> None:
     seen: set[int] = set()
-    for track in tracks:
+    for track in (entry.track for entries in tasks for entry in entries if entry.track):
         if track.id in seen:
             raise SitupError(f"{path}: there are two tracks {track.id - 1}; give each its own id.")
         seen.add(track.id)
 
 
-def _seeds(found: list[_CvatTrack], task_id: str | None, names: Mapping[str | None, str]) -> Seeds:
-    entries = [entry for entry in found if entry.task_id == task_id]
-    tracks = [entry.track for entry in entries if entry.track]
+def _seeds(
+    found: Sequence[_CvatTrack], task_id: str | None, names: Mapping[str | None, str]
+) -> Seeds:
+    tracks = [entry.track for entry in found if entry.track]
     return Seeds(
         name=names.get(task_id, names.get(None, "")),
         tracks=tuple(sorted(tracks, key=lambda track: track.id)),
-        notes=tuple(note for entry in entries for note in entry.notes),
+        notes=tuple(note for entry in found for note in entry.notes),
     )
 
 
@@ -237,13 +235,13 @@ def read_cvat(path: Path, hints: ImportHints) -> list[Seeds]:
         allowed.
     """
     names: dict[str | None, str] = {}
-    found: list[_CvatTrack] = []
-    with opened(path, _ZIPPED) as file, file.open("rb") as stream:
+    found: dict[str | None, list[_CvatTrack]] = {}
+    with opened(path, _ZIPPED) as file, open_readable(file) as stream:
         for element in children_of_annotations(stream, str(file)):
             if element.tag == "meta":
                 names = _names(element)
             elif element.tag == "track":
-                found.append(_track(element, hints.pixel_origin or 0, path))
-    _check_ids([entry.track for entry in found if entry.track], path)
-    tasks = dict.fromkeys(entry.task_id for entry in found) or [None]
-    return [_seeds(found, task_id, names) for task_id in tasks]
+                entry = _track(element, hints.pixel_origin or 0, path)
+                found.setdefault(element.get("task_id"), []).append(entry)
+    _check_ids(found.values(), path)
+    return [_seeds(entries, task, names) for task, entries in (found or {None: []}).items()]

@@ -21,12 +21,14 @@ from typing import Any
 from urllib.parse import quote
 from xml.sax.saxutils import quoteattr
 
+from situp_annotate.errors import VideoError
 from situp_annotate.formats.clipping import clipped
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.keyframed import keyframes_of
 from situp_annotate.formats.label_studio import ID_KEY
 from situp_annotate.formats.label_studio.frames import clock_rate, on_clock, tick_count
 from situp_annotate.formats.labelled import LabelledTrack, LabelledVideo
+from situp_annotate.formats.xml_text import xml_text
 from situp_annotate.types import Keyframe, TrackPoint, VideoInfo
 
 __all__ = ["write_label_studio"]
@@ -36,6 +38,9 @@ _CONFIG_FILE = "label_config.xml"
 
 _PIXEL_DECIMALS = 3
 _PERCENT_DECIMALS = 6  # finer than _PIXEL_DECIMALS for pictures of up to 100 000 pixels
+
+_MOST_FRAMES = 5_000_000
+"""Of a task: a label is made for each, and a stray time can make any number of them."""
 
 _CONFIG = """\
 <View>
@@ -131,8 +136,19 @@ def _region(
     }
 
 
+def _check_length(video: LabelledVideo, rate: Fraction) -> None:
+    frames = tick_count(video, rate)
+    if frames > _MOST_FRAMES:
+        raise VideoError(
+            f"{video.info.path}: by the time of its last label, Label Studio would count {frames} "
+            f"frames in it, more than {_MOST_FRAMES}; export to a format that counts pictures, "
+            "such as cvat."
+        )
+
+
 def _task(video: LabelledVideo, options: ExportOptions) -> dict[str, Any]:
     rate = clock_rate(video)
+    _check_length(video, rate)
     regions = [_region(track, video, rate, options) for track in video.tracks]
     points = (p for track in video.tracks for p in track.in_states(options.states).values())
     return {
@@ -164,6 +180,11 @@ def write_label_studio(
         Is there and empty.
     options : ExportOptions
         Which labels, and what the editor's interpolation has to overlap them by.
+
+    Raises
+    ------
+    VideoError
+        If times of labels are so far apart that there would be more than five million frames.
     """
     labels: set[str] = set()
     with (folder / _TASKS_FILE).open("w", encoding="utf-8", newline="\n") as file:
@@ -174,5 +195,7 @@ def write_label_studio(
             file.write(f"{separator}\n{task}")
             separator = ","
         file.write("[]\n" if separator == "[" else "\n]\n")
-    lines = "".join(f"    <Label value={quoteattr(label)}/>\n" for label in sorted(labels))
+    lines = "".join(
+        f"    <Label value={quoteattr(xml_text(label))}/>\n" for label in sorted(labels)
+    )
     (folder / _CONFIG_FILE).write_text(_CONFIG.format(labels=lines), encoding="utf-8", newline="\n")

@@ -23,6 +23,7 @@ from situp_annotate.formats.class_labels import checked_label
 from situp_annotate.formats.json_files import read_bytes, validate_json
 from situp_annotate.formats.label_studio import ID_KEY
 from situp_annotate.formats.label_studio.frames import picture_at
+from situp_annotate.formats.manifest.slips import attributes_problem
 from situp_annotate.formats.seeds import ImportHints, Seeds
 from situp_annotate.formats.track_ids import free_track_ids
 from situp_annotate.types import NS_PER_S, BoundingBox, Keyframe, Track
@@ -258,7 +259,11 @@ def _track(
     named = next((text for text in region.value.labels if text.strip()), hints.label)
     label = checked_label(named, f"{place}.labels")
     attributes = (region.meta or {}).get("attributes")
-    return Track(track_id, label, keyframes, attributes if isinstance(attributes, dict) else {})
+    if not isinstance(attributes, dict):
+        return Track(track_id, label, keyframes)
+    if problem := attributes_problem(attributes):
+        raise SitupError(f"{place}: meta.attributes cannot be taken over: {problem}")
+    return Track(track_id, label, keyframes, attributes)
 
 
 def read_label_studio(path: Path, hints: ImportHints) -> list[Seeds]:

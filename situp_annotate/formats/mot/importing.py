@@ -5,9 +5,7 @@ the object is there: where its rows have a gap, or end before the video does, th
 as CVAT takes it. If no track of a file has that, its rows are single boxes to go on from.
 """
 
-import posixpath
 import re
-import zipfile
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,9 +14,16 @@ from pathlib import Path
 
 from situp_annotate.errors import SitupError
 from situp_annotate.formats.class_labels import checked_label
-from situp_annotate.formats.mot.rows import NO_TRACK, MotRow, parse_mot
+from situp_annotate.formats.mot.rows import LARGEST, NO_TRACK, MotRow, parse_mot
 from situp_annotate.formats.seeds import ImportHints, Seeds
-from situp_annotate.formats.zipped import Readable, opened, read_text, zipped_names
+from situp_annotate.formats.zipped import (
+    Readable,
+    beside,
+    is_file,
+    opened,
+    read_text,
+    zipped_names,
+)
 from situp_annotate.types import Keyframe, Track
 
 __all__ = ["read_mot_seeds", "recognizes_mot"]
@@ -32,6 +37,11 @@ _CLASSES = (
     *("reflection", "crowd"),
 )
 """MOTChallenge's own, numbered from 1."""
+
+_LENGTH = re.compile(r"\s*seqLength\s*=\s*(\d{1,9})\s*", re.IGNORECASE)
+
+_MOST_SHOWN = 20
+"""Of the classes, in a message."""
 
 _HIDDEN_BELOW = 0.5
 """A box is occluded if less of its object than this is visible."""
@@ -79,13 +89,6 @@ def recognizes_mot(path: Path, head: bytes) -> bool:
 # ---- the file and what stands around it ----------------------------------------------------
 
 
-def _from(file: Readable, relative: str) -> Readable:
-    """Give what stands around a file, on disk or in the same archive."""
-    if isinstance(file, Path):
-        return file.parent / relative
-    return zipfile.Path(file.root, posixpath.normpath(f"{posixpath.dirname(file.at)}/{relative}"))
-
-
 def _sequence_name(path: Path, file: Readable) -> str:
     """Name a sequence after its folder in MOTChallenge's layout, else after the file."""
     if isinstance(file, Path) and file.parent.name == file.stem and file.stem in ("gt", "det"):
@@ -95,18 +98,17 @@ def _sequence_name(path: Path, file: Readable) -> str:
 
 def _frame_count(file: Readable) -> int | None:
     """Frames of a sequence as its ``seqinfo.ini`` says, if there is one."""
-    if not file.is_file():
+    if not is_file(file):
         return None
-    text = read_text(file)
-    found = re.search(r"^\s*seqLength\s*=\s*(\d{1,9})\s*$", text, re.MULTILINE | re.IGNORECASE)
-    if found is None:
-        raise SitupError(f"{file}: seqLength is missing; give seqLength=N, a number of frames.")
-    return int(found[1])
+    for line in read_text(file).splitlines():
+        if found := _LENGTH.fullmatch(line):
+            return int(found[1])
+    raise SitupError(f"{file}: seqLength is missing; give seqLength=N, a number of frames.")
 
 
 def _labels(file: Readable) -> dict[int, str]:
     """Names of classes: the lines of a file beside the rows, else MOTChallenge's."""
-    names = read_text(file).splitlines() if file.is_file() else _CLASSES
+    names = read_text(file).splitlines() if is_file(file) else _CLASSES
     return {number: name.strip() for number, name in enumerate(names, start=1) if name.strip()}
 
 
@@ -120,8 +122,8 @@ def _read(path: Path, hints: ImportHints) -> _Sequence:
         return _Sequence(
             name=_sequence_name(path, file),
             rows=sorted(used, key=lambda row: row.frame),
-            labels={**_labels(_from(file, "labels.txt")), **hints.labels},
-            frame_count=_frame_count(_from(file, "../seqinfo.ini")),
+            labels={**_labels(beside(file, "labels.txt")), **hints.labels},
+            frame_count=_frame_count(beside(file, "../seqinfo.ini")),
             notes=tuple(notes),
         )
 
@@ -129,7 +131,9 @@ def _read(path: Path, hints: ImportHints) -> _Sequence:
 # ---- rows to tracks ------------------------------------------------------------------------
 
 
-def _numbered(rows: Sequence[MotRow]) -> tuple[dict[int, list[MotRow]], tuple[str, ...]]:
+def _numbered(
+    rows: Sequence[MotRow], path: Path
+) -> tuple[dict[int, list[MotRow]], tuple[str, ...]]:
     """Rows by track id from 1 on, and what was decided."""
     notes = []
     shift = int(any(row.track_id == 0 for row in rows))
@@ -142,6 +146,11 @@ def _numbered(rows: Sequence[MotRow]) -> tuple[dict[int, list[MotRow]], tuple[st
     detections = [row for row in rows if row.track_id == NO_TRACK]
     for track_id, row in zip(count(max(tracks, default=0) + 1), detections, strict=False):
         tracks[track_id].append(row)
+    if max(tracks, default=0) > LARGEST:
+        raise SitupError(
+            f"{path}: ids go up to {LARGEST}, so that none is left for other tracks; give smaller "
+            "ones."
+        )
     if detections:
         notes.append(
             f"Boxes of no track (id −1), each now a track to follow: {len(detections)}; delete "
@@ -165,10 +174,11 @@ def _label(row: MotRow, sequence: _Sequence, hints: ImportHints, path: Path) -> 
     if number is None or number < 1:
         return checked_label(hints.label, place)
     if number not in sequence.labels:
+        known = sorted(sequence.labels)
+        shown = ", ".join(map(str, known[:_MOST_SHOWN])) + ", …" * (len(known) > _MOST_SHOWN)
         raise SitupError(
-            f"{place}: class {number} has no name; known are "
-            f"{', '.join(map(str, sorted(sequence.labels)))}; give the names of all classes with "
-            f"--labels, or as a labels.txt beside the file, one a line from class 1 on."
+            f"{place}: class {number} has no name; known are {shown}; give the names of all "
+            "classes with --labels, or as a labels.txt beside the file, one a line from class 1 on."
         )
     return checked_label(sequence.labels[number], place)
 
@@ -202,7 +212,7 @@ def read_mot_seeds(path: Path, hints: ImportHints) -> list[Seeds]:
     object is visible. A box of no track, with id −1, becomes a track of its own.
     """
     sequence = _read(path, hints)
-    by_track, notes = _numbered(sequence.rows)
+    by_track, notes = _numbered(sequence.rows, path)
     frame_count = None
     if any(b.frame == a.frame + 1 for rows in by_track.values() for a, b in pairwise(rows)):
         frame_count = sequence.frame_count
