@@ -173,17 +173,18 @@ def _connect(address: str) -> "Client":
             thread.submit(asyncio.run, _knock(address)).result()
         return Client(address, timeout=_CONNECT_S, set_as_default=False)
     except Exception as error:
+        reason = str(error) or f"nothing for {_CONNECT_S} s"
         raise SitupError(
-            f"{address}: no Dask scheduler answers here ({error}); give the address that "
+            f"{address}: no Dask scheduler answers here ({reason}); give the address that "
             "`dask scheduler` prints, such as tcp://10.0.0.1:8786."
         ) from error
 
 
 async def _knock(address: str) -> None:
-    """See that a Dask scheduler answers: a client that fails to connect cannot be closed."""
+    """See that Dask answers: a client would wait for ever for the answer of anything else."""
     from distributed import Security
     from distributed.comm import connect
 
     options = Security().get_connection_args("client")
-    comm = await connect(address, timeout=_CONNECT_S, **options)
+    comm = await asyncio.wait_for(connect(address, timeout=_CONNECT_S, **options), _CONNECT_S)
     await comm.close()

@@ -42,6 +42,7 @@ __all__ = [
 T = TypeVar("T")
 
 _POLL_S = 0.1
+_TIDYING = "situp_annotate.executors.tidying"
 _UNKNOWN_EXIT = 255  # of a process whose end nobody has seen
 
 # Processes share the cores; libraries that start a thread a core would be in each other's way.
@@ -115,7 +116,7 @@ def start_server(preload: Sequence[str]) -> None:
     """
     if sys.platform != "linux":
         return
-    _context().set_forkserver_preload([*preload])
+    _context().set_forkserver_preload([_TIDYING, *preload])
     outside = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(_ONE_THREAD)
     # Ctrl-C reaches the whole process group; only this process decides what it means.

@@ -54,12 +54,13 @@ def slow_steps(count):
     return count
 
 
-def report_pid(path):
+def report_pid(path, temporary):
     """Start a process whose worker process writes its number to a file and hangs."""
     code = (
         "import sys; from pathlib import Path; from support.calls import hang\n"
         "from situp_annotate.executors import ProcessExecutor\n"
         "ProcessExecutor(1).submit(hang, Path(sys.argv[1])).result()"
     )
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    places = {"PYTHONPATH": str(Path(__file__).parents[1]), "TMPDIR": str(temporary)}
+    environment = os.environ | places
     return subprocess.Popen([sys.executable, "-c", code, str(path)], env=environment)
