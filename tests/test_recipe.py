@@ -8,6 +8,7 @@ import pytest
 from situp_annotate.errors import RecipeError
 from situp_annotate.formats.mcap.pictures import McapOptions
 from situp_annotate.formats.overlay.options import OverlayOptions
+from situp_annotate.limits import Limits
 from situp_annotate.propagation import PropagationOptions
 from situp_annotate.recipe import MotOptions, Outputs, Recipe, _folder, load_recipe, recipe_names
 from situp_annotate.tracking import TrackerParams
@@ -27,6 +28,7 @@ def test_situp_equals_the_defaults():
         ("mot", MotOptions()),
         ("mcap", McapOptions()),
         ("overlay", OverlayOptions()),
+        ("limits", Limits()),
     ],
 )
 def test_situp_spells_out_every_setting(section, defaults):
@@ -91,6 +93,11 @@ def test_settings_of_the_overlay():
     assert recipe.overlay == expected
 
 
+def test_settings_of_the_limits():
+    recipe = load_recipe("situp", ["limits.max_pixels=90_000_000", "limits.max_frames=99"])
+    assert recipe.limits == Limits(max_pixels=90_000_000, max_frames=99)
+
+
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
@@ -120,6 +127,8 @@ def test_settings_of_the_overlay():
         (["overlay.trails=-1"], "overlay.trails = -1.0 is not allowed: give seconds, 0 or more"),
         (["overlay.below=2"], "below = 2.0 is not allowed: give from 0 to 1"),
         (["overlay.max_height=7"], "max_height = 7 is not allowed: give 0, or at least 16"),
+        (["limits.max_tracks=0"], "limits.max_tracks = 0 is not allowed: give at least 1"),
+        (["limits.max_pixels=1.5"], "limits.max_pixels = 1.5 is not allowed"),
         (["overlay.preset=hurried"], "overlay.preset = 'hurried' is not allowed"),
     ],
 )

@@ -14,7 +14,7 @@ from situp_annotate.cli.thin import thin as command
 from situp_annotate.finished.thinned import thin_video
 from situp_annotate.formats.labels_csv import LabelsCsvSink
 from situp_annotate.formats.manifest import dump_manifest, load_manifest
-from situp_annotate.outcomes import CacheUse, VideoReport
+from situp_annotate.outcomes import VideoReport
 from situp_annotate.propagation import Skip
 from situp_annotate.propagation.thinning import overlaps, thin
 from situp_annotate.types import (
@@ -49,13 +49,12 @@ def write_run(project, video_id, tracks, frames, *, skipped=()):
         id=video_id,
         video=VideoInfo(Path("clip.mp4"), "opencv", 320, 200, Fraction(25)),
         sha256="",
+        entry_sha256="",
         frames=frames,
         tracks=(),
         skipped=tuple(skipped),
         findings=(),
         outputs=("labels.csv", "summary.json"),
-        cache=CacheUse(0, 0),
-        seconds={},
     )
     (folder / "summary.json").write_text(json.dumps(report.as_dict()))
 
