@@ -3,12 +3,13 @@
     python benchmarks/kills.py --json FILE [--sequences FOLDER] [--kills 100] [--videos 30]
 
 Short clips, drawn here or the videos of FOLDER, are annotated once without disturbance. Then
-`situp-annotate run` is started over and over with an output folder of its own, and the parent, a
-worker or one of their helpers gets a SIGKILL at a random moment, often soon after the start or
-shortly before the end. After each kill what stands in the output folder must be whole, after one of
-the parent no process may be left; when all videos are done, every file must be as in the
-undisturbed run, and the next folder is begun. Of ``batch.json`` the times do not count, an MCAP
-file is compared by what it says, a file of the cache by its arrays; logs and ``.run`` may differ.
+`situp-annotate run` is started over and over with one output folder, and the parent, a worker or
+one of their helpers gets a SIGKILL at a random moment, often soon after the start or shortly before
+the end. After each kill what stands in the output folder must be whole, after one of the parent no
+process may be left; when all videos are done, every file must be as in the undisturbed run, and the
+next folder is begun. Every other folder holds outputs of another recipe, which are to be replaced.
+Of ``batch.json`` the times do not count, an MCAP file is compared by what it says, a file of the
+cache by its arrays; logs and ``.run`` may differ.
 """
 
 import json
@@ -79,16 +80,18 @@ class Run:
         As on the command line.
     temporary : Path
         Where its temporary files go.
+    recipe : str
+        As on the command line.
     """
 
-    def __init__(self, manifest: Path, output: Path, temporary: Path) -> None:
+    def __init__(self, manifest: Path, output: Path, temporary: Path, recipe: str) -> None:
         self._mark = uuid.uuid4().hex
         self._log = output.with_suffix(".log")
         command = [sys.executable, "-m", "situp_annotate", "run", str(manifest), "-o", str(output)]
         environment = {**os.environ, MARK: self._mark, "TMPDIR": str(temporary)}
         with self._log.open("w") as log:
             self._parent = subprocess.Popen(
-                [*command, "--workers", "2"],
+                [*command, "--recipe", recipe, "--workers", "2"],
                 env=environment,
                 stdout=log,
                 stderr=log,
@@ -170,6 +173,7 @@ class Killer:
         self.findings = Findings()
         self._manifest = manifest
         self._undisturbed = folder / "undisturbed"
+        self._earlier = folder / "earlier"
         self._folder = folder
         self._temporary = folder / "temporary"
         self._temporary.mkdir()
@@ -187,11 +191,15 @@ class Killer:
             if attempt == "whole":
                 self._all_s = self._run_s
         self._look_for_strays(self._undisturbed)
+        if self._start(self._earlier, "csv_only").wait() != SUCCESS:
+            raise click.ClickException("the earlier run failed")
 
     def kill(self, count: int) -> None:
         """Kill so often, in one output folder after the other, and finish the last."""
         while self.findings.kills.total() < count:
             output = self._folder / f"round-{self.findings.rounds + 1}"
+            if self.findings.rounds % 2:
+                shutil.copytree(self._earlier, output)
             before, code = -1, None
             while code != SUCCESS and self.findings.kills.total() > before:
                 before = self.findings.kills.total()
@@ -205,13 +213,13 @@ class Killer:
         shutil.rmtree(self._temporary)
         self._temporary.mkdir()
 
-    def _start(self, output: Path) -> Run:
-        return Run(self._manifest, output, self._temporary)
+    def _start(self, output: Path, recipe: str = "situp") -> Run:
+        return Run(self._manifest, output, self._temporary, recipe)
 
     def _moment(self, output: Path) -> float:
         """Seconds to wait: early and late in what a run needs for what is left."""
         done, videos = (
-            sum(1 for _ in folder.glob("*/summary.json")) for folder in (output, self._undisturbed)
+            sum(1 for _ in folder.glob("*/overlay.mp4")) for folder in (output, self._undisturbed)
         )
         expected_s = self._run_s + (self._all_s - self._run_s) * (1 - done / videos)
         return expected_s * self._random.betavariate(0.5, 0.5)
@@ -240,7 +248,7 @@ class Killer:
         if kind == "parent":
             run.wait()
             self._expect_end(run, where)
-        self.findings.add(halves(self._undisturbed, output), where)
+        self.findings.add(halves([self._undisturbed, self._earlier], output), where)
         return kind == "parent"
 
     def _ended(self, run: Run, code: int | None, output: Path) -> int | None:

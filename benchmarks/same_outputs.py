@@ -73,13 +73,15 @@ def differences(wanted: Path, found: Path) -> list[str]:
     return sorted(lines)
 
 
-def halves(wanted: Path, found: Path) -> list[str]:
-    """Which of the videos' folders that can be seen are not whole."""
-    lines = []
-    for folder in found.iterdir() if found.exists() else ():
-        if not folder.name.startswith(".") and (wanted / folder.name / "summary.json").exists():
-            lines += [f"{folder.name}/{line}" for line in differences(wanted / folder.name, folder)]
-    return lines
+def halves(wanted: list[Path], found: Path) -> list[str]:
+    """Which of the videos' folders that can be seen are as in none of the wanted outputs."""
+    videos = {path.parent.name for path in wanted[0].glob("*/summary.json")}
+    return [
+        f"{name} is not whole: {differences(wanted[0] / name, found / name)}"
+        for name in sorted(videos)
+        if (found / name).exists()
+        and all(differences(output / name, found / name) for output in wanted)
+    ]
 
 
 def left_behind(output: Path, temporary: Path) -> list[str]:

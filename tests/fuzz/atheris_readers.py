@@ -43,7 +43,7 @@ def _search(name: str, arguments: list[str]) -> None:
     """Give one reader whatever libFuzzer makes up, until the time is over; does not return."""
     import atheris
 
-    with atheris.instrument_imports(include=_INSTRUMENTED):
+    with atheris.instrument_imports(include=_INSTRUMENTED, exclude=_COMPILED):
         from support.readers import READERS, check
 
     reader = READERS[name]
