@@ -33,7 +33,7 @@ def checkout(tmp_path):
 
 
 def test_every_block_is_of_a_kind_that_is_tested():
-    assert {kind for kind, _ in BLOCKS} == {"sh", "json", "toml", "python"}
+    assert {kind for kind, _ in BLOCKS} == {"sh", "json", "toml", "python", "text"}
 
 
 def test_the_two_set_up_commands_are_those_that_ci_runs():
