@@ -62,13 +62,19 @@ EXIT_FAILED = 1
 EXIT_INTERRUPTED = 130
 
 
+def _shown(character: str) -> str:
+    plain = character.isprintable() or character == "\n"
+    return character if plain else ascii(character)[1:-1]
+
+
 class SitupError(Exception):
     """Root of the tree; catch it to catch everything raised on purpose.
 
     Parameters
     ----------
     message : str
-        A finished sentence for the user.
+        A finished sentence for the user. What cannot be printed, as names of files and of objects
+        may hold, is escaped: it could write anything over a terminal.
 
     Attributes
     ----------
@@ -82,7 +88,7 @@ class SitupError(Exception):
     kind: ClassVar[str] = "error"
 
     def __init__(self, message: str) -> None:
-        super().__init__(message)
+        super().__init__("".join(map(_shown, message)))
 
 
 class ManifestError(SitupError):

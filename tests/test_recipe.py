@@ -147,6 +147,13 @@ def test_bad_settings_are_refused(settings, words):
         ("tracker = 3", "must be a table"),
         ("[tracker\n", "not valid TOML"),
         ("[tracker]\npadding = 1979-05-27", "padding"),
+        ("[tracker]\npadding = " + "9" * 5000, "a number has too many digits"),
+        ("[tracker]\npadding = 0x" + "f" * 5000, "a number has too many digits"),
+        ("[tracker]\npadding = " + "[" * 2000, "nested too deeply"),
+        (f'[tracker]\n"{"x" * 999}\\u001b[31m" = 1', "is no setting"),
+        (f'"{"x" * 999}\\u001b[31m" = 1', "has no section"),
+        (f'[tracker]\npadding = "{"x" * 999}\\u001b[31m"', "is not allowed"),
+        (f'tracker = "{"x" * 999}\\u001b[31m"', "must be a table"),
     ],
 )
 def test_bad_files_are_named(tmp_path, text, words):
@@ -156,6 +163,8 @@ def test_bad_files_are_named(tmp_path, text, words):
         load_recipe(path)
     assert words in str(caught.value)
     assert str(caught.value).startswith(str(path))
+    assert str(caught.value).isprintable()
+    assert len(str(caught.value)) < 800
 
 
 def test_missing_recipes_are_named(tmp_path):

@@ -1,5 +1,7 @@
 """Label files find their videos and their formats."""
 
+import os
+
 import pytest
 
 from situp_annotate.errors import SitupError
@@ -89,3 +91,22 @@ def test_files_of_no_known_format_are_refused(tmp_path):
         recognize(path)
     with pytest.raises(SitupError, match="cannot be read"):
         recognize(tmp_path)
+
+
+def test_a_pipe_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for read in (recognize, read_class_names):
+        with pytest.raises(SitupError, match="pipe: this is a pipe"):
+            read(tmp_path / "pipe")
+
+
+def test_class_names_may_begin_with_a_byte_order_mark(tmp_path):
+    path = tmp_path / "names.txt"
+    path.write_bytes(b"\xef\xbb\xbfcar\r\n\r\ndog\r\n")
+    assert read_class_names(path) == {1: "car", 3: "dog"}
+
+
+def test_a_long_name_is_shortened_in_the_message(folder):
+    with pytest.raises(SitupError, match="no video named") as caught:
+        VideoFinder([folder]).find("x" * 100_000, folder / "a.xml")
+    assert len(str(caught.value)) < 2000

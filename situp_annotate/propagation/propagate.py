@@ -32,7 +32,7 @@ _MOST_OF_PICTURE = 2
 """Width or height of a box that is tracked, over the picture's: memory grows with both."""
 
 _LEAST_SIZE = 0.001
-"""Pixels; the tracker would divide by the area."""
+"""Pixels, of a width or height; what is made of a box divides by its area."""
 
 
 def propagate(
@@ -112,7 +112,7 @@ def _fault(box: BoundingBox, height: int, width: int, *, tracked: bool) -> str |
         return f"lies outside {picture}"
     if tracked and max(box.width / width, box.height / height) > _MOST_OF_PICTURE:
         return f"is more than {_MOST_OF_PICTURE} times as wide or high as {picture}"
-    if tracked and min(box.width, box.height) < _LEAST_SIZE:
+    if min(box.width, box.height) < _LEAST_SIZE:
         return f"is less than {_LEAST_SIZE} pixels wide or high"
     return None
 

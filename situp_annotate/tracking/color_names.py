@@ -11,6 +11,8 @@ table that the authors' code uses. The model here is a fit of our own to such pr
 softmax over 24 quadratic forms in CIELab, each of one term.
 """
 
+import zipfile
+import zlib
 from functools import lru_cache
 
 import numpy as np
@@ -117,6 +119,18 @@ def builtin_table() -> npt.NDArray[np.float32]:
     return table
 
 
+def _read(path: str) -> npt.NDArray[np.float64]:
+    # NumPy itself would fetch whatever address a path looks like.
+    with open(path, "rb") as file:  # noqa: PTH123 - no pathlib in here
+        if path.endswith((".txt", ".csv")):
+            return np.loadtxt(file)
+        loaded = np.load(file)
+        if isinstance(loaded, np.lib.npyio.NpzFile):
+            (name,) = loaded.files
+            loaded = loaded[name]
+        return np.asarray(loaded, np.float64)
+
+
 @lru_cache(maxsize=4)
 def load_table(path: str) -> npt.NDArray[np.float32]:
     """Read a full colour-name table that the user owns.
@@ -134,24 +148,19 @@ def load_table(path: str) -> npt.NDArray[np.float32]:
         If the file cannot be read or has another shape.
     """
     try:
-        loaded = np.loadtxt(path) if path.endswith((".txt", ".csv")) else np.load(path)
-        if isinstance(loaded, np.lib.npyio.NpzFile):
-            with loaded:
-                (name,) = loaded.files
-                loaded = loaded[name]
-    except (OSError, ValueError) as error:
+        loaded = _read(path)
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise TrackingError(
             f"{path}: this colour-name table cannot be read ({error}); give a .npy, .npz or text "
             f"file."
         ) from error
-    if loaded.shape == (_BINS**3, _TERMS):
-        loaded = _centred(loaded)
-    if loaded.shape != (_BINS**3, COLOR_CHANNELS) or not np.isfinite(loaded).all():
+    rows = _centred(loaded) if loaded.shape == (_BINS**3, _TERMS) else loaded
+    if rows.shape != (_BINS**3, COLOR_CHANNELS) or not np.isfinite(rows).all():
         raise TrackingError(
             f"{path}: a colour-name table has 32768 rows of 10 or 11 finite numbers, "
             f"this one has shape {loaded.shape}."
         )
-    table = np.array(loaded, np.float32, order="C")
+    table = np.array(rows, np.float32, order="C")
     table.setflags(write=False)
     return table
 

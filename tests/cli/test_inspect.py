@@ -126,5 +126,5 @@ def test_a_name_that_is_not_utf_8(tmp_path):
     write_video(tmp_path / "video.mp4", count=5).rename(path)
     command = [sys.executable, "-m", "situp_annotate", "inspect", os.fsencode(path)]
     outcome = subprocess.run(command, capture_output=True, check=False)  # it was a segfault
-    assert (outcome.returncode, outcome.stderr) == (0, b"")
-    assert b"5 decoded" in outcome.stdout
+    assert (outcome.returncode, outcome.stderr) == (1, b"")
+    assert b"the name is not valid UTF-8" in outcome.stdout

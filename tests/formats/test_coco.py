@@ -1,7 +1,6 @@
 """COCO with videos: read by pycocotools, scored by TrackEval, and back again."""
 
 import contextlib
-import copy
 import io
 import json
 import warnings
@@ -11,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.labelled import import_hints, labelled_track, labelled_video, labelled_videos
-from support.mangling import mangled
 
 from situp_annotate.errors import SitupError
 from situp_annotate.formats.coco.exporting import write_coco
@@ -388,14 +386,41 @@ def test_it_recognizes_its_own_kind(tmp_path):
     assert not recognized([{"data": {}, "annotations": []}])
 
 
-GOOD = document([box_in(10), box_in(11), box_in(10, 6, occluded=True)])
-LISTED = document([{"id": 9, "video_id": 1, "category_id": 7, "bboxes": [None, [1, 2, 3, 4]]}])
-
-
-@settings(max_examples=300, deadline=None)
-@given(mangled(copy.deepcopy(GOOD)) | mangled(copy.deepcopy(LISTED)))
-def test_a_mangled_file_is_read_or_refused_but_nothing_else(tmp_path_factory, text):
-    folder = tmp_path_factory.mktemp("coco")
-    with contextlib.suppress(SitupError):
-        seeds = seeds_of(folder, text)
-        assert all(track.keyframes for seed in seeds for track in seed.tracks)
+@given(
+    st.lists(
+        st.tuples(
+            st.lists(st.integers(1, 3), max_size=3, unique=True),
+            st.lists(st.integers(1, 3), max_size=2),
+            st.lists(st.integers(1, 3), max_size=2),
+        ),
+        min_size=1,
+        max_size=12,
+    )
+)
+def test_absences_are_those_that_the_images_claim(tmp_path_factory, images):
+    """Of each image: classes with a box in it, negative ones, and those left open."""
+    content = {
+        "videos": [{"id": 1}],
+        "categories": [{"id": number, "name": "a"} for number in (1, 2, 3)],
+        "images": [
+            {"id": frame, "video_id": 1, "frame_index": frame, "neg_category_ids": negative,
+             "not_exhaustive_category_ids": left_open}
+            for frame, (_, negative, left_open) in enumerate(images)
+        ],
+        "annotations": [
+            {"image_id": frame, "track_id": number, "category_id": number, "bbox": [1, 2, 3, 4]}
+            for frame, (numbers, _, _) in enumerate(images)
+            for number in numbers
+        ],
+    }  # fmt: skip
+    (seeds,) = seeds_of(tmp_path_factory.mktemp("coco"), content)
+    for track in seeds.tracks:
+        expected, outside = [], True
+        for frame, (numbers, negative, left_open) in enumerate(images):
+            if track.id in numbers:
+                expected.append(frame)
+                outside = False
+            elif not outside and track.id not in left_open and (numbers or track.id in negative):
+                expected.append(-frame)
+                outside = True
+        assert frames(track) == expected

@@ -1,14 +1,12 @@
 """CVAT for video 1.1: what is written, what comes back, and what is refused."""
 
 import zipfile
-from contextlib import suppress
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.damage import damaged
 from support.labelled import import_hints, labelled_track, labelled_video, labelled_videos
 
 from situp_annotate.errors import SitupError
@@ -377,26 +375,3 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
         file.writestr("readme.txt", "hello")
     with pytest.raises(SitupError, match=r"task\.zip: there is no annotations\.xml"):
         read(archive)
-
-
-@pytest.fixture(scope="module")
-def good(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("good")
-    points = {frame: BoundingBox(frame**2, 20, 30, 40) for frame in (*range(9), *range(12, 15))}
-    video = labelled_video(labelled_track(1, points, attributes={"colour": "red"}))
-    archive = folder / "clip.zip"
-    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
-        file.write(write(folder, video), "annotations.xml")
-    return {"xml": (folder / "clip.xml").read_bytes(), "zip": archive.read_bytes()}
-
-
-@pytest.mark.parametrize("kind", ["xml", "zip"])
-@given(st.data())
-@settings(max_examples=150)
-def test_damage_never_ends_in_another_error(tmp_path_factory, good, kind, data):
-    content = data.draw(damaged(good[kind], b"<", b"'", b'"', b"&a;", b"]"))
-    path = tmp_path_factory.mktemp("damage") / f"file.{kind}"
-    path.write_bytes(content)
-    recognizes_cvat(path, content[:4096])
-    with suppress(SitupError):
-        read_cvat(path, HINTS)

@@ -5,10 +5,8 @@ The editor is played here by rules read from its source (``VideoRegion.js``,
 region is there, and where.
 """
 
-import copy
 import json
 from bisect import bisect_right
-from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -24,9 +22,8 @@ from support.labelled import (
     labelled_video,
     labelled_videos,
 )
-from support.mangling import mangled
 
-from situp_annotate.errors import SitupError
+from situp_annotate.errors import SitupError, VideoError
 from situp_annotate.formats.clipping import clipped
 from situp_annotate.formats.export_options import ExportOptions
 from situp_annotate.formats.label_studio.exporting import write_label_studio
@@ -532,13 +529,18 @@ def test_it_recognizes_its_own_kind(tmp_path):
     assert not recognizes_label_studio(Path("x.xml"), b"<annotations>")
 
 
-GOOD = [task(region(item(1), item(11, enabled=False), meta={"track_id": 2}))]
+@pytest.mark.parametrize(
+    ("value", "what"),
+    [("NaN", r"\$\.a: NaN"), ("1e999", "Infinity"), ("[" * 60 + "]" * 60, "deep")],
+)
+def test_attributes_that_no_manifest_can_hold_are_refused(tmp_path, value, what):
+    text = json.dumps([task(region(item(1), meta={"attributes": {"a": "here"}}))])
+    with pytest.raises(SitupError, match=rf"\.meta\.attributes cannot be taken over: .*{what}"):
+        read(tmp_path, text.replace('"here"', value))
 
 
-@settings(max_examples=300, deadline=None)
-@given(mangled(copy.deepcopy(GOOD)))
-def test_a_mangled_file_is_read_or_refused_but_nothing_else(tmp_path_factory, text):
-    folder = tmp_path_factory.mktemp("ls")
-    with suppress(SitupError):
-        seeds = read(folder, text)
-        assert all(track.keyframes for seed in seeds for track in seed.tracks)
+def test_a_stray_time_does_not_make_millions_of_labels(tmp_path):
+    video = labelled_video(labelled_track(1, {0: BOX, 1: BOX}))
+    stray = replace(video, times_ns={0: 0, 1: 10**18})
+    with pytest.raises(VideoError, match=r"would count \d+ frames in it, more than 5000000"):
+        write(tmp_path, stray)

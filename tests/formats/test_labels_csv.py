@@ -151,6 +151,11 @@ GOOD = "0,0.0,1,car,visible,human,1,2,3,4,1,,,"
         (GOOD[:-1], "cells"),
         (f"{GOOD},", "cells"),
         (f"{GOOD}\n{GOOD}", "second label"),
+        ("1" + GOOD[1:] + "\n" + GOOD, "frame 0"),
+        (GOOD.replace("0,0.0", f"{2**31},0.0"), "frame 2147483648"),
+        (GOOD.replace("0.0", "1" + "0" * 10), "seconds"),
+        (GOOD.replace("3,4", "1e300,4"), "finite numbers of at most"),
+        (GOOD.replace("3,4", "x" * 1000), "cells"),
     ],
 )
 def test_a_bad_row_is_named(tmp_path, row, what):
@@ -216,3 +221,20 @@ def test_the_export_has_a_row_for_each_label_that_is_wanted(tmp_path_factory, vi
     assert set(found) == wanted
     assert len(found) == len(wanted)
     assert found == sorted(found, key=lambda row: (int(row[0]), int(row[1])))
+
+
+def test_a_message_says_no_more_than_a_person_reads(tmp_path):
+    path = tmp_path / "labels.csv"
+    path.write_text(HEADER + GOOD.replace("visible", "x" * 100_000) + "\n")
+    with pytest.raises(SitupError, match="xxx") as caught:
+        read_labels_csv(path)
+    assert len(str(caught.value)) < 1000
+
+
+@pytest.mark.parametrize("provenance", Provenance)
+def test_a_box_never_shrinks_to_nothing(tmp_path, provenance):
+    thin = BoundingBox(1, 2, 1e-9, 4)
+    point = TrackPoint(1, thin, 1, State.VISIBLE, provenance)
+    table = read_labels_csv(write(tmp_path / "labels.csv", [(0, [point])], [track(1)]))
+    kept = 1e-9 if provenance is Provenance.HUMAN else 1e-6
+    assert table.points[1][0].box.width == kept

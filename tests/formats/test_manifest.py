@@ -3,6 +3,7 @@
 import copy
 import hashlib
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -629,6 +630,17 @@ def test_default_ids_are_always_safe(path):
     assert len(set(map(str.casefold, unique_ids([path, path, path + "/"], folder)))) == 3
 
 
+def test_a_path_that_no_file_system_takes_is_a_path(tmp_path):
+    (job,) = load_manifest(write(tmp_path, manifest({"path": "x" * 300, "tracks": []}))).jobs
+    assert job.id == "x" * 100
+
+
+def test_a_key_is_shown_no_longer_than_a_value(tmp_path):
+    (problem,) = problems(tmp_path, manifest({**VIDEO, "x" * 100_000: 1}))
+    assert "unknown key" in problem
+    assert len(problem) < 500
+
+
 # ---- writing -------------------------------------------------------------------------------
 
 _numbers = st.floats(allow_nan=False, allow_infinity=False)
@@ -719,11 +731,17 @@ def test_a_label_that_would_be_refused_is_not_written(tmp_path, label):
         dump_manifest([VideoJob("x", tmp_path / "x.mp4", (odd,))], tmp_path)
 
 
-@pytest.mark.parametrize("value", [float("nan"), {1, 2}, Path()])
+@pytest.mark.parametrize("value", [float("nan"), {1, 2}, Path(), "\ud800", {"\ud800": 1}])
 def test_attributes_that_json_cannot_say(tmp_path, value):
     odd = Track(1, "a", (Keyframe(0, BoundingBox(1, 2, 3, 4)),), {"k": value})
     with pytest.raises(ManifestError, match="cannot be written as JSON"):
         dump_manifest([VideoJob("x", tmp_path / "x.mp4", (odd,))], tmp_path)
+
+
+def test_a_path_that_is_no_text_is_not_written(tmp_path):
+    job = VideoJob("x", Path(os.fsdecode(b"/videos/\xff.mp4")), ())
+    with pytest.raises(ManifestError, match=r"udcff\.mp4': the name is not valid UTF-8"):
+        dump_manifest([job], tmp_path)
 
 
 # ---- anything at all -----------------------------------------------------------------------

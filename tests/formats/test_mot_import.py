@@ -1,13 +1,10 @@
 """MOTChallenge, its detections, and CVAT's archive: rows to keyframes."""
 
 import zipfile
-from contextlib import suppress
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from support.damage import damaged
-from support.labelled import import_hints, labelled_track, labelled_video, labelled_videos
+from hypothesis import given
+from support.labelled import import_hints, labelled_video, labelled_videos
 
 from situp_annotate.errors import SitupError
 from situp_annotate.formats.export_options import ExportOptions
@@ -215,25 +212,23 @@ def test_a_sequence_without_its_length_is_refused(tmp_path):
         read(path)
 
 
-@pytest.fixture(scope="module")
-def good(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("good")
-    video = labelled_video(labelled_track(1, {f: BoundingBox(f, 2, 3, 4) for f in range(9)}))
-    write_cvat_mot([video], folder, OPTIONS)
-    write_mot_truth([video], folder, OPTIONS)
-    return {
-        "txt": (folder / "clip/gt/gt.txt").read_bytes(),
-        "zip": (folder / "clip.zip").read_bytes(),
-    }
+@pytest.mark.parametrize("other", ["1,0,2,3,4,5,1", "1,-1,2,3,4,5,1"])
+def test_ids_that_leave_none_for_other_tracks_are_refused(tmp_path, other):
+    path = rows(tmp_path, f"1,{2**31 - 1},2,3,4,5,1")
+    assert read(path).tracks[0].id == 2**31 - 1
+    with pytest.raises(SitupError, match=r"clip\.txt: ids go up to 2147483647, so that none"):
+        read(rows(tmp_path, f"1,{2**31 - 1},2,3,4,5,1", other))
 
 
-@pytest.mark.parametrize("kind", ["txt", "zip"])
-@given(st.data())
-@settings(max_examples=150)
-def test_damage_never_ends_in_another_error(tmp_path_factory, good, kind, data):
-    content = data.draw(damaged(good[kind]))
-    path = tmp_path_factory.mktemp("damage") / f"file.{kind}"
-    path.write_bytes(content)
-    recognizes_mot(path, content[:4096])
-    with suppress(SitupError):
-        read_mot_seeds(path, import_hints(frame_count=20))
+def test_of_many_known_classes_only_some_are_listed(tmp_path):
+    hints = import_hints(labels=dict.fromkeys(range(1, 1000), "a"))
+    with pytest.raises(SitupError, match=r"known are 1, 2, .* 20, …; give") as caught:
+        read(rows(tmp_path, "1,1,2,3,4,5,1,1000,1"), hints)
+    assert len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_the_length_of_a_sequence_is_read_however_lines_end(tmp_path, end):
+    path = rows(tmp_path, "1,1,2,3,4,5,1", "2,1,2,3,4,5,1", name="S/gt/gt.txt")
+    (tmp_path / "S/seqinfo.ini").write_bytes(f"[Sequence]{end} seqlength = 7 {end}".encode())
+    assert [k.frame for k in read(path).tracks[0].keyframes] == [0, 1, 2]

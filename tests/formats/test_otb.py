@@ -1,7 +1,5 @@
 """OTB ground truth: however its lines are written."""
 
-from contextlib import suppress
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -107,15 +105,6 @@ def test_files_that_cannot_be_read_are_named(tmp_path, name):
         read_otb(tmp_path / name, HINTS)
 
 
-@given(st.binary(max_size=60) | st.text("0123456789.,-+eEnaif \t\n", max_size=60).map(str.encode))
-def test_damage_never_ends_in_another_error(tmp_path_factory, content):
-    path = tmp_path_factory.mktemp("damage") / "file.txt"
-    path.write_bytes(content)
-    recognizes_otb(path, content)
-    with suppress(SitupError):
-        read_otb(path, HINTS)
-
-
 @pytest.mark.parametrize(
     ("name", "head", "expected"),
     [
@@ -130,3 +119,15 @@ def test_damage_never_ends_in_another_error(tmp_path_factory, content):
 )
 def test_files_are_recognized_by_name_or_first_line(tmp_path, name, head, expected):
     assert recognizes_otb(tmp_path / name, head) == expected
+
+
+@pytest.mark.parametrize("box", ["1e300,2,3,4", "1,2,1e300,4"])
+def test_boxes_beyond_all_pictures_are_named(tmp_path, box):
+    with pytest.raises(SitupError, match=r"rect\.txt: box 2: A box needs four finite numbers"):
+        read_otb(truth(tmp_path, f"1,2,3,4\n{box}\n"), HINTS)
+
+
+def test_a_suffix_is_no_pattern(tmp_path):
+    truth(tmp_path, "1,2,3,4\n", "groundtruth_rect.2.txt")
+    (seeds,) = read_otb(truth(tmp_path, "1,2,3,4\n", "groundtruth_rect.1.**"), HINTS)
+    assert [track.id for track in seeds.tracks] == [1]

@@ -165,6 +165,7 @@ def test_coco_video(tmp_path):
     [
         (("annotations", 0, "bbox"), [1, 2, 3], "not_a_box"),
         (("annotations", 0, "bbox"), [1, 2, 0, 4], "not_a_box"),
+        (("annotations", 0, "bbox"), [10**400, 2, -(10**400), 4], "not_a_box"),
         (("annotations", 0, "image_id"), 8, "no_image"),
         (("annotations", 0, "category_id"), [], "no_category"),
         (("annotations", 0, "track_id"), None, "no_track"),
@@ -201,6 +202,7 @@ def test_other_cocos(tmp_path):
         '{"a": 1}\n{"a": 2}\n',
         "[" * 100_000,
         '{"a": ' + "9" * 5000 + "}",
+        '[{"data": {}, "id": ' + "[" * 950 + "]" * 950 + "}]",
     ],
 )
 def test_no_json(tmp_path, text):
@@ -212,3 +214,21 @@ def test_no_json(tmp_path, text):
 def test_json_of_another_kind(tmp_path, text):
     report = inspect_document(tmp_path, text)
     assert (report.kind, report.grade) == ("unknown", Grade.PROBLEM)
+
+
+def test_what_is_shown_of_a_run_s_outcome_is_short(tmp_path):
+    long = "x" * 100_000
+    failure = {"status": "failed", "id": long, "kind": long, "message": long}
+    good = {"status": "ok", "id": "../" + long, "frames": 10**4000}
+    batch = BATCH | {"started_at": long, "videos": [failure, good, good, {"status": long}]}
+    inspect_document(tmp_path, batch, "batch.json")
+    for path in (tmp_path, tmp_path / "batch.json"):
+        report = inspect_path(path)
+        assert report.grade is Grade.PROBLEM
+        assert len(json.dumps(report.as_dict())) < 20_000
+
+
+def test_a_path_that_is_too_long_is_not_there(tmp_path):
+    video = {"path": "x" * 300, "tracks": []}
+    report = inspect_document(tmp_path, MANIFEST | {"videos": [video]})
+    assert kinds(report) == {"missing", "no_tracks"}

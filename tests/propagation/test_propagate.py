@@ -1,5 +1,7 @@
 """Propagation with a tracker whose every answer is known."""
 
+from dataclasses import replace
+
 import pytest
 from support.sliding import BOX, OTHER, Sliding, Still, footage
 
@@ -116,6 +118,28 @@ def test_a_keyframe_outside_the_picture_or_past_the_end_is_skipped_and_named():
     assert "outside the picture of 60×50 pixels" in skipped[0].reason
     assert "the video's last frame is 3" in skipped[1].reason
     assert points == label(Track(1, "a", (Keyframe(0, BOX),)), 4)[0]
+
+
+@pytest.mark.parametrize("box", [BoundingBox(-5, 0, 121, 5), BoundingBox(0, -90, 5, 101)])
+def test_a_box_that_would_use_up_all_memory_is_not_tracked(box):
+    track = Track(1, "a", (Keyframe(0, BOX), Keyframe(2, box)))
+    points, skipped = label(track, 4)
+    assert "is more than 2 times as wide or high as the picture of 60×50" in skipped[0].reason
+    assert points == label(Track(1, "a", (Keyframe(0, BOX),)), 4)[0]
+    still, skipped = label(replace(track, method=Method.HOLD), 4)
+    assert (still[2].box, skipped) == (box, ())
+
+
+@pytest.mark.parametrize("method", Method)
+@pytest.mark.parametrize("size", [(0.0009, 5), (5, 1e-300)])
+def test_a_box_without_area_is_skipped(method, size):
+    track = Track(1, "a", (Keyframe(0, BOX), Keyframe(2, BoundingBox(10, 10, *size))))
+    _, skipped = label(replace(track, method=method), 4)
+    assert "is less than 0.001 pixels wide or high" in skipped[0].reason
+
+
+def test_a_box_twice_as_large_as_the_picture_is_tracked():
+    assert label(Track(1, "a", (Keyframe(0, BoundingBox(-5, -5, 120, 100)),)), 4)[1] == ()
 
 
 def test_tracks_come_by_id_and_do_not_touch_each_other():

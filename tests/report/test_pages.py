@@ -150,6 +150,22 @@ def test_hostile_words_are_words(text, tmp_path):
     assert data_of(pages[0])["videos"][0]["id"] == text
 
 
+def test_words_that_turn_the_direction_of_text_turn_nothing_beside_them(tmp_path):
+    turned = "\u202eabc"
+    track = linear_track(1, [0, 50], label=turned, attributes={turned: turned})
+    html = video_page(tmp_path, [track], files=["overlay.mp4"])
+    assert f"#1 <bdi>{turned}</bdi></h3>" in html
+    assert f"<bdi>{turned}</bdi>: <bdi>{turned}</bdi>" in html
+    assert f"<bdi>{turned}</bdi></a>" in index_html([video_row(turned)], [])
+
+
+def test_very_long_words_are_words(tmp_path):
+    long = "x" * 100_000
+    track = linear_track(1, [0, 50], label=long, attributes={long: long})
+    Page(video_page(tmp_path, [track], files=["overlay.mp4"], video_id=long))
+    Page(index_html([video_row(long, (track_row(label=long),), notes=(long,))], []))
+
+
 def test_links_stay_beside_the_page():
     assert link("a b#?%", "mot.csv") == "./a%20b%23%3F%25/mot.csv"
     assert link("javascript:alert(1)") == "./javascript%3Aalert%281%29"

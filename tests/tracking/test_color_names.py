@@ -1,5 +1,7 @@
 """Colour names of colours that everybody would name alike."""
 
+import socket
+
 import numpy as np
 import pytest
 
@@ -71,3 +73,27 @@ def test_bad_tables_are_refused(tmp_path):
     np.save(path, np.zeros((5, 10)))
     with pytest.raises(TrackingError, match="32768 rows"):
         load_table(path)
+    np.save(path, np.full((32768, 10), "x"))
+    with pytest.raises(TrackingError, match="cannot be read"):
+        load_table(path)
+
+
+@pytest.mark.filterwarnings("ignore:.*no data")
+@pytest.mark.parametrize("suffix", [".npy", ".npz", ".txt"])
+@pytest.mark.parametrize("content", [b"", b"PK\3\4", b"\x93NUMPY", b"\xff", b"import os"])
+def test_what_is_no_table_is_refused(tmp_path, suffix, content):
+    path = tmp_path / f"table{suffix}"
+    path.write_bytes(content)
+    with pytest.raises(TrackingError, match=r"table\.\w+: "):
+        load_table(str(path))
+
+
+@pytest.mark.parametrize("suffix", [".npy", ".npz", ".txt", ".csv"])
+def test_an_address_is_a_path_like_any_other(suffix):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(0)
+        address = f"http://127.0.0.1:{server.getsockname()[1]}/table{suffix}"
+        with pytest.raises(TrackingError, match="cannot be read"):
+            load_table(address)
+        with pytest.raises(BlockingIOError):
+            server.accept()

@@ -262,7 +262,8 @@ def _track(
     if not isinstance(attributes, dict):
         return Track(track_id, label, keyframes)
     if problem := attributes_problem(attributes):
-        raise SitupError(f"{place}: meta.attributes cannot be taken over: {problem}")
+        region_place = place.removesuffix(".value")
+        raise SitupError(f"{region_place}.meta.attributes cannot be taken over: {problem}")
     return Track(track_id, label, keyframes, attributes)
 
 

@@ -33,7 +33,7 @@ from situp_annotate.formats.manifest.schema import (
     ManifestEntry,
     TrackEntry,
 )
-from situp_annotate.formats.manifest.slips import attributes_problem
+from situp_annotate.formats.manifest.slips import attributes_problem, is_encodable
 from situp_annotate.formats.manifest.wording import RULES, Json, show_place, show_value
 from situp_annotate.limits import Limits
 from situp_annotate.types import BoundingBox, Keyframe, Track, VideoJob
@@ -288,11 +288,17 @@ def dump_manifest(
     Raises
     ------
     ManifestError
-        If a track's label is none, or its attributes hold what JSON cannot say.
+        If a video's path is no text, a track's label is none, or its attributes hold what JSON
+        cannot say.
     """
     videos = []
     for job in jobs:
-        video: dict[str, Any] = {"path": _inside(job.path, folder), "id": job.id}
+        path = _inside(job.path, folder)
+        if not is_encodable(path):
+            raise ManifestError(
+                f"{path!r}: the name is not valid UTF-8, and cannot be written down; rename it."
+            )
+        video: dict[str, Any] = {"path": path, "id": job.id}
         if info and job.id in info:
             video["info"] = dict(info[job.id])
         videos.append(video | {"tracks": [_track_document(track) for track in job.tracks]})
