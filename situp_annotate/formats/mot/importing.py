@@ -146,7 +146,7 @@ def _numbered(
     detections = [row for row in rows if row.track_id == NO_TRACK]
     for track_id, row in zip(count(max(tracks, default=0) + 1), detections, strict=False):
         tracks[track_id].append(row)
-    if False:
+    if max(tracks, default=0) > LARGEST:
         raise SitupError(
             f"{path}: ids go up to {LARGEST}, so that none is left for other tracks; give smaller "
             "ones."
