@@ -41,7 +41,7 @@ def test_rows_say_what_the_summaries_say(done):
     (failure,) = batch.failures
     assert failure.message in html
     for outcome in batch.outcomes:
-        if outcome is failure:
+        if outcome == failure:
             continue
         (track,) = outcome.tracks
         ((id_, label, gain, suggestions, profile, mean, frames, *counts),) = rows[outcome.id][
