@@ -38,7 +38,7 @@ from situp_annotate.types import VideoJob
 SIZE_HW = (48, 64)
 SHORTEST, LONGEST = 5, 8
 RECIPES = ("situp", "csv_only")
-PORTION = 50
+PORTION = 200
 FEW = 100
 SETTLED = 50
 """Videos after which a process has loaded what it needs."""

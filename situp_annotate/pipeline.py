@@ -3,7 +3,7 @@
 import json
 import logging
 import platform
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 
@@ -34,6 +34,8 @@ _BYTES_PER_MB = 2**20
 
 _log = logging.getLogger(__name__)
 
+_version = cache(version)  # which reads and parses a file
+
 
 def versions() -> dict[str, str]:
     """Versions of the tool, of Python and of the libraries that shape the results."""
@@ -41,7 +43,7 @@ def versions() -> dict[str, str]:
     return {
         "python": platform.python_version(),
         "opencv": cv2.__version__,  # its package may have any of four names
-        **{name: version(name) for name in packages},
+        **{name: _version(name) for name in packages},
     }
 
 

@@ -1,8 +1,11 @@
 """One contract for every executor, and what only processes promise."""
 
 import os
+import signal
+import tempfile
 import time
 from concurrent.futures import CancelledError
+from pathlib import Path
 
 import psutil
 import pytest
@@ -28,6 +31,13 @@ from situp_annotate.errors import (
 from situp_annotate.executors import CallLimits, ProcessExecutor, SerialExecutor
 
 
+@pytest.fixture
+def short_folder():
+    """One whose path leaves room for that of a socket, as those of pytest do not always."""
+    with tempfile.TemporaryDirectory() as name:
+        yield Path(name)
+
+
 @pytest.fixture(params=["serial", "process"])
 def executor(request):
     made = SerialExecutor() if request.param == "serial" else ProcessExecutor(2)
@@ -42,10 +52,32 @@ def test_results_and_exceptions_come_through_futures(executor):
         executor.submit(fail).result()
 
 
-def test_each_call_has_a_process_of_its_own():
+def test_short_calls_share_a_process():
+    with ProcessExecutor(1) as executor:
+        futures = [executor.submit(pid_of) for _ in range(4)]
+        pid = futures[0].result()
+        assert [future.result() for future in futures] == [pid] * 4 != [os.getpid()] * 4
+    assert not psutil.pid_exists(pid)
+
+
+def test_a_process_that_is_not_young_gets_no_further_call(monkeypatch):
+    monkeypatch.setattr("situp_annotate.executors.process._YOUNG_S", 0)
     with ProcessExecutor(2) as executor:
         futures = [executor.submit(pid_of) for _ in range(4)]
     assert len({os.getpid(), *(future.result() for future in futures)}) == 5
+
+
+def test_a_call_does_not_suffer_from_what_an_earlier_one_has_done(tmp_path):
+    with ProcessExecutor(1) as executor:
+        futures = [executor.submit(calls.crash_unless_first, tmp_path / "0") for _ in range(3)]
+        pids = [future.result() for future in futures]
+    assert len({*pids}) == 3  # each but the first is made again in a process that is fresh
+
+
+def test_an_idle_process_may_be_killed():
+    with ProcessExecutor(1) as executor:
+        os.kill(executor.submit(pid_of).result(), signal.SIGKILL)
+        assert executor.submit(square, 3).result() == 9
 
 
 def test_processes_know_nothing_of_what_their_parent_has_done():
@@ -124,10 +156,8 @@ def is_alive(process):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_nothing_is_left_of_a_parent_that_is_killed(tmp_path):
-    temporary = tmp_path / "temporary"
-    temporary.mkdir()
-    parent = report_pid(tmp_path / "pid", temporary)
+def test_nothing_is_left_of_a_parent_that_is_killed(tmp_path, short_folder):
+    parent = report_pid(tmp_path / "pid", short_folder)
     while not ((tmp_path / "pid").exists() and (tmp_path / "pid").read_text()):
         assert parent.poll() is None
         time.sleep(0.01)
@@ -137,4 +167,17 @@ def test_nothing_is_left_of_a_parent_that_is_killed(tmp_path):
     parent.wait()
     while any(map(is_alive, family)):
         time.sleep(0.01)
-    assert list(temporary.iterdir()) == []
+    assert list(short_folder.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sockets that have a path")
+def test_the_temporary_folder_may_have_a_long_name(tmp_path):
+    folder = tmp_path / ("long" * 25)
+    folder.mkdir()
+    parent = report_pid(tmp_path / "pid", folder)
+    while not ((tmp_path / "pid").exists() and (tmp_path / "pid").read_text()):
+        assert parent.poll() is None
+        time.sleep(0.01)
+    parent.kill()
+    parent.wait()
+    assert list(folder.iterdir()) == []

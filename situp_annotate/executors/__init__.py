@@ -4,9 +4,10 @@ A call may say how far it is by `report_frames`, wherever it runs.
 """
 
 from situp_annotate.executors.executor import VideoExecutor
-from situp_annotate.executors.isolation import CallLimits, is_isolated, report_frames
+from situp_annotate.executors.isolation import CallLimits
 from situp_annotate.executors.process import ProcessExecutor
 from situp_annotate.executors.serial import SerialExecutor
+from situp_annotate.executors.serving import is_isolated, report_frames
 
 __all__ = [
     "CallLimits",

@@ -11,12 +11,9 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from situp_annotate.errors import SitupError
-from situp_annotate.executors.isolation import (
-    CallLimits,
-    FrameCounter,
-    run_isolated,
-    start_server,
-)
+from situp_annotate.executors.counter import FrameCounter
+from situp_annotate.executors.isolation import CallLimits, IsolatedProcess
+from situp_annotate.executors.server import start_server
 from situp_annotate.formats.disk import writing_to
 
 __all__ = ["Answer", "ClusterCall", "frames_by_call", "run_call"]
@@ -25,7 +22,8 @@ _POLL_S = 0.2
 _ENDS = ("closing", "closed", "failed")
 
 _starting = threading.Lock()
-_counters: dict[str, FrameCounter] = {}
+_counters: dict[str, FrameCounter | None] = {}
+"""Of each call that this worker is at, by the call's id; None as long as it waits for its lock."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +92,8 @@ class _Unwanted(threading.Event):
 
 def frames_by_call() -> dict[str, tuple[int, int]]:
     """Frames done and expected of each call that this worker is at, by the call's id."""
-    return {call: counter.frames for call, counter in _counters.copy().items()}
+    counters = _counters.copy().items()
+    return {call: counter.frames if counter else (0, 0) for call, counter in counters}
 
 
 def run_call(call: ClusterCall) -> Answer:
@@ -114,19 +113,26 @@ def run_call(call: ClusterCall) -> Answer:
     """
     if not call.lock.parent.is_dir():
         raise FileNotFoundError(f"{call.lock.parent}: this worker does not see this folder.")
-    counter = _counters[call.id] = FrameCounter()
+    _counters[call.id] = None
     try:
         unwanted = _Unwanted()
         with _starting:
             start_server(call.preload)
         _wait_until_free(call.lock, unwanted)
-        return run_isolated(
-            _run_alone, (call,), limits=call.limits, counter=counter, cancelled=unwanted
-        )
+        return _run_isolated(call, unwanted)
     except SitupError as error:
         return Answer(error=error)
     finally:
-        _counters.pop(call.id, None)
+        del _counters[call.id]
+
+
+def _run_isolated(call: ClusterCall, unwanted: threading.Event) -> Answer:
+    process = IsolatedProcess()
+    _counters[call.id] = process.counter
+    try:
+        return process.call(_run_alone, (call,), limits=call.limits, cancelled=unwanted)
+    finally:
+        process.end()
 
 
 def _wait_until_free(lock: Path, unwanted: threading.Event) -> None:

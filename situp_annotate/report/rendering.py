@@ -15,7 +15,7 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-__all__ = ["link", "render"]
+__all__ = ["link", "load_templates", "render"]
 
 _PACKAGE = "situp_annotate.report"
 
@@ -81,6 +81,12 @@ def _environment() -> Environment:
         "percent": _percent,
     }
     return environment
+
+
+def load_templates() -> None:
+    """Compile all templates, so that pages can be made at once."""
+    for name in _environment().list_templates(extensions=["html"]):
+        _environment().get_template(name)
 
 
 def render(template: str, values: dict[str, Any]) -> str:
