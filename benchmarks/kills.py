@@ -39,6 +39,8 @@ SIZE_HW = (120, 160)
 SHORTEST, LONGEST = 10, 30
 MARK = "SITUP_ANNOTATE_KILLS"
 KINDS, WEIGHTS = ("parent", "worker", "helper"), (9, 9, 2)
+SOON_S = 1.0
+"""How long to wait for a process of the kind that is to be killed."""
 GONE_WITHIN_S = 30.0
 SUCCESS, SOME_FAILED = 0, 1
 
@@ -238,9 +240,10 @@ class Killer:
     def _kill_one(self, run: Run, output: Path) -> bool:
         """Kill a process of a run; whether it was the parent."""
         kind = self._random.choices(KINDS, WEIGHTS)[0]
-        victims = run.victims()[kind]
-        if not victims:
-            return False
+        deadline = time.monotonic() + SOON_S
+        while not (victims := run.victims()[kind]):
+            if time.monotonic() > deadline:
+                return False
         self._random.choice(victims).kill()
         self.findings.kills[kind] += 1
         where = f"{output.name}, kill {self.findings.kills.total()} ({kind})"
