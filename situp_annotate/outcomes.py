@@ -19,8 +19,9 @@ __all__ = ["CacheUse", "TrackSummary", "VideoFailure", "VideoReport", "entry_sha
 
 def entry_sha256(job: VideoJob) -> str:
     """Hash of what a person drew in a video: in hexadecimal, without the video itself."""
-    tracks = json.dumps([asdict(track) for track in job.tracks], sort_keys=True)
-    return hashlib.sha256(tracks.encode()).hexdigest()
+    tracks = json.dumps([asdict(track) for track in job.tracks])
+    alike = json.loads(tracks, parse_int=float)  # 8 and 8.0 are the same place
+    return hashlib.sha256(json.dumps(alike, sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True, slots=True)

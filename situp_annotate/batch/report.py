@@ -183,8 +183,7 @@ def write_report(report: BatchReport, output: Path) -> None:
     output : Path
         The output folder, which gets ``report.html`` if the recipe says so.
     """
-    text = "".join(batch_json(report.as_dict(), report.outcomes))
-    write_whole(output / BATCH_FILE, text)
+    write_whole(output / BATCH_FILE, batch_json(report.as_dict(), report.outcomes))
     if report.recipe.outputs.report:
         page = overview_html(report.outcomes, interrupted=report.interrupted)
         write_whole(output / REPORT_FILE, page)

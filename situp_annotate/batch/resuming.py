@@ -3,19 +3,19 @@
 import json
 import os
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from situp_annotate.batch.journal import Event
 from situp_annotate.errors import SitupError
 from situp_annotate.outcomes import VideoReport, entry_sha256
+from situp_annotate.pipeline import versions
 from situp_annotate.recipe import Recipe
 from situp_annotate.results import SUMMARY_FILE
 from situp_annotate.types import VideoJob
 from situp_annotate.video import list_images
 
-__all__ = ["Stamp", "complete_report", "find_reason", "plan_batch", "stamp_of"]
+__all__ = ["Stamp", "complete_report", "plan_batch", "stamp_of"]
 
 Stamp = list[int]
 """Size in bytes and time stamp in nanoseconds of a video: while both stay, so does its content."""
@@ -55,17 +55,19 @@ def _changed_settings(before: Any, now: Mapping[str, Any]) -> list[str]:  # noqa
     ]
 
 
-def _reason(job: VideoJob, folder: Path, summary: Mapping[str, Any], recipe: Recipe) -> str | None:
+def _reason(
+    job: VideoJob, folder: Path, summary: Mapping[str, Any], settings: Mapping[str, Any]
+) -> str | None:
     """Why what stands in a folder is not what is wanted, the content of the video aside."""
     if summary.get("entry_sha256") != entry_sha256(job):
         return "its boxes in the manifest have changed"
-    changed = _changed_settings(summary.get("recipe"), recipe.as_dict())
+    changed = _changed_settings(summary.get("recipe"), settings)
     if changed:
         more = f" and {len(changed) - 1} more settings" if len(changed) > 1 else ""
         return f"the recipe has changed: {changed[0]}{more}"
-    versions = summary.get("versions")
-    made_by = versions.get("situp-annotate") if isinstance(versions, dict) else None
-    if made_by != version("situp-annotate"):
+    makers = summary.get("versions")
+    made_by = makers.get("situp-annotate") if isinstance(makers, dict) else None
+    if made_by != versions()["situp-annotate"]:
         return f"it was made by version {made_by}"
     outputs = summary.get("outputs")
     present = {entry.name for entry in os.scandir(folder)}
@@ -75,32 +77,16 @@ def _reason(job: VideoJob, folder: Path, summary: Mapping[str, Any], recipe: Rec
     return None
 
 
-def find_reason(job: VideoJob, output: Path, recipe: Recipe, last: Event | None) -> str | None:
-    """Why a video has to be worked on; None if its outputs are there and up to date.
-
-    Parameters
-    ----------
-    job : VideoJob
-        The video.
-    output : Path
-        The output folder of the batch.
-    recipe : Recipe
-        What is wanted.
-    last : Event or None
-        How the video ended when it was last worked on, if that is known.
-
-    Notes
-    -----
-    The video itself is not read: as long as its size and time stamp are what they were, its
-    content is taken to be. Otherwise whoever works on it finds out.
-    """
+def _find_reason(
+    job: VideoJob, output: Path, settings: Mapping[str, Any], last: Event | None
+) -> str | None:
     if last is not None and last["event"] == "failed":
         return f"it failed ({last.get('kind')})"
     folder = output / job.id
     summary = _read_summary(folder)
     if summary is None:
         return "it is not done yet" if not folder.exists() else f"{SUMMARY_FILE} is missing"
-    reason = _reason(job, folder, summary, recipe)
+    reason = _reason(job, folder, summary, settings)
     if reason is not None:
         return reason
     stamp = stamp_of(job.path)
@@ -127,10 +113,16 @@ def plan_batch(
         How videos ended when they were last worked on, by their ids.
     fresh : bool
         Whether all are to be done anew.
+
+    Notes
+    -----
+    The videos themselves are not read: as long as size and time stamp are what they were, the
+    content is taken to be. Otherwise whoever works on a video finds out.
     """
     if fresh:
         return ["all are to be done anew"] * len(jobs)
-    return [find_reason(job, output, recipe, last.get(job.id)) for job in jobs]
+    settings = recipe.as_dict()
+    return [_find_reason(job, output, settings, last.get(job.id)) for job in jobs]
 
 
 def complete_report(job: VideoJob, output: Path, recipe: Recipe) -> VideoReport | None:
@@ -145,7 +137,7 @@ def complete_report(job: VideoJob, output: Path, recipe: Recipe) -> VideoReport 
     """
     folder = output / job.id
     summary = _read_summary(folder)
-    if summary is None or _reason(job, folder, summary, recipe) is not None:
+    if summary is None or _reason(job, folder, summary, recipe.as_dict()) is not None:
         return None
     try:
         return VideoReport.from_dict(summary)

@@ -133,7 +133,7 @@ def annotate_batch(
     on_progress: Callable[[BatchProgress], None] | None = None,
     on_event: OnEvent | None = None,
 ) -> BatchReport:
-    """Annotate videos, each in a process of its own; write ``batch.json`` beside their folders.
+    """Annotate videos, each in one process; write ``batch.json`` beside their folders.
 
     Videos whose outputs are there and up to date, made from the same video, boxes and recipe by
     the same version, are left as they are; so a batch that was stopped, however it was, goes on
@@ -148,8 +148,9 @@ def annotate_batch(
     recipe : Recipe, optional
         Defaults to the paper's tracker and all outputs.
     workers : int, optional
-        Processes at a time; by default as many as cores and free memory allow. Cores that are left
-        over follow the tracks of a video side by side. Results do not depend on it.
+        Processes at a time, and cores that they may use; by default as many as there are cores,
+        and fewer processes if free memory asks for it. Where there are fewer processes than cores,
+        each follows tracks side by side. Results do not depend on it.
     executor : str or VideoExecutor
         ``"process"``, or ``"serial"`` to run everything in this process, one by one; or where else
         to run. It is shut down in the end.
@@ -193,7 +194,8 @@ def annotate_batch(
     with state.locked(), state.open_journal(on_event) as journal:
         to_do = _prepare(jobs, state, recipe, journal, fresh=fresh)
         processes = _worker_count(executor, workers, [jobs[index] for index in to_do], recipe)
-        threads = max(1, core_count() // max(1, processes))
+        cores = min(workers or core_count(), core_count())
+        threads = max(1, cores // max(1, processes))
         scheduler = Scheduler(
             jobs,
             output,

@@ -75,8 +75,8 @@ class _ShardType(click.ParamType):  # type: ignore[type-arg]
     "--workers",
     "-w",
     type=click.IntRange(min=1),
-    help="Videos to annotate at a time, one process each; cores left over follow the tracks of a "
-    "video side by side.  [default: as many as cores and free memory allow]",
+    help="Videos to annotate at a time, one process and one core each; fewer videos use the cores "
+    "to follow tracks side by side.  [default: as many as cores and free memory allow]",
 )
 @click.option(
     "--timeout",

@@ -235,8 +235,21 @@ def _publish_entry(entry: Path, place: Path) -> None:
         entry.replace(place)
 
 
-def write_whole(path: Path, content: str | bytes) -> None:
+def _pieces(content: str | bytes | Iterable[str]) -> Iterable[bytes]:
+    if isinstance(content, bytes):
+        return (content,)
+    return (piece.encode() for piece in ((content,) if isinstance(content, str) else content))
+
+
+def write_whole(path: Path, content: str | bytes | Iterable[str]) -> None:
     """Write a file, text as UTF-8, whole or not at all, replacing one that stands there.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its folder is made when missing.
+    content : str, bytes or iterable of str
+        All of it, or its pieces, of which one is held at a time.
 
     Raises
     ------
@@ -247,7 +260,8 @@ def write_whole(path: Path, content: str | bytes) -> None:
         partial = hidden_beside(path, _PARTIAL)
         make_folder(partial.parent)
         try:
-            partial.write_bytes(content.encode() if isinstance(content, str) else content)
+            with partial.open("wb") as file:
+                file.writelines(_pieces(content))
             sync(partial)
             partial.replace(path)
             sync(partial.parent)

@@ -70,6 +70,12 @@ def test_other_boxes_are_a_reason(ready):
     assert reasons(jobs, output) == [None] * 3
 
 
+def test_the_same_boxes_in_decimals_are_no_reason(ready):
+    jobs, output = ready
+    track = Track(1, "thing", (Keyframe(0, BoundingBox(8.0, 8.0, 24.0, 24.0)),))
+    assert reasons([replace(job, tracks=(track,)) for job in jobs], output) == [None] * 3
+
+
 def test_another_recipe_is_a_reason_that_is_named(ready):
     jobs, output = ready
     other = load_recipe("csv_only", ["tracker.learning_rate=0.02", "mot.pixel_origin=1"])
