@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import tempfile
 import time
 from concurrent.futures import CancelledError
@@ -155,12 +157,16 @@ def is_alive(process):
         return False
 
 
+def wait_for_pid(path, parent):
+    while not (path.exists() and path.read_text()):
+        assert parent.poll() is None
+        time.sleep(0.01)
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_nothing_is_left_of_a_parent_that_is_killed(tmp_path, short_folder):
     parent = report_pid(tmp_path / "pid", short_folder)
-    while not ((tmp_path / "pid").exists() and (tmp_path / "pid").read_text()):
-        assert parent.poll() is None
-        time.sleep(0.01)
+    wait_for_pid(tmp_path / "pid", parent)
     family = psutil.Process(parent.pid).children(recursive=True)
     assert int((tmp_path / "pid").read_text()) in [each.pid for each in family]
     parent.kill()
@@ -170,14 +176,30 @@ def test_nothing_is_left_of_a_parent_that_is_killed(tmp_path, short_folder):
     assert list(short_folder.iterdir()) == []
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only there processes are forked by another")
+def test_the_next_run_removes_what_one_that_was_killed_whole_has_left(tmp_path, short_folder):
+    places = {"PYTHONPATH": str(Path(calls.__file__).parents[1]), "TMPDIR": str(short_folder)}
+    code = (
+        "import os, signal\nfrom situp_annotate.executors import ProcessExecutor\n"
+        "from multiprocessing.forkserver import _forkserver\nProcessExecutor(1)\n"
+        "os.kill(_forkserver._forkserver_pid, signal.SIGKILL)\nos.kill(os.getpid(), signal.SIGKILL)"
+    )
+    subprocess.run([sys.executable, "-c", code], env=os.environ | places, check=False)
+    (left,) = short_folder.iterdir()
+    parent = report_pid(tmp_path / "pid", short_folder)
+    wait_for_pid(tmp_path / "pid", parent)
+    assert not left.exists()
+    assert len([*short_folder.iterdir()]) == 1
+    parent.kill()
+    parent.wait()
+
+
 @pytest.mark.skipif(os.name != "posix", reason="sockets that have a path")
 def test_the_temporary_folder_may_have_a_long_name(tmp_path):
     folder = tmp_path / ("long" * 25)
     folder.mkdir()
     parent = report_pid(tmp_path / "pid", folder)
-    while not ((tmp_path / "pid").exists() and (tmp_path / "pid").read_text()):
-        assert parent.poll() is None
-        time.sleep(0.01)
+    wait_for_pid(tmp_path / "pid", parent)
     parent.kill()
     parent.wait()
     assert list(folder.iterdir()) == []

@@ -7,13 +7,13 @@ hundredths of a second; elsewhere each starts from nothing.
 import os
 import signal
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing import get_context
 from multiprocessing.context import BaseContext
 from multiprocessing.forkserver import ensure_running
-from multiprocessing.util import get_temp_dir
+
+from situp_annotate.executors.socket_folder import settle_socket_folder
 
 __all__ = ["process_context", "start_server"]
 
@@ -23,11 +23,6 @@ _TIDYING = "situp_annotate.executors.tidying"
 _ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"), "1"
 )
-
-_LONGEST_FOLDER = 64
-"""Bytes that leave room for the name of a socket, whose path may have about a hundred."""
-_SHORT_FOLDER = "/tmp"
-"""Where one is made then, which only this user may enter."""
 
 
 def process_context() -> BaseContext:
@@ -49,17 +44,6 @@ def _one_thread() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _settle_where_sockets_go() -> None:
-    """Let `multiprocessing` choose its temporary folder, where a socket's path is not too long."""
-    usual = tempfile.gettempdir()
-    if len(os.fsencode(usual)) > _LONGEST_FOLDER:
-        tempfile.tempdir = _SHORT_FOLDER
-    try:
-        get_temp_dir()
-    finally:
-        tempfile.tempdir = usual
-
-
 def start_server(preload: Sequence[str]) -> None:
     """Start the process from which others are forked, if there is one and it is not running.
 
@@ -71,7 +55,7 @@ def start_server(preload: Sequence[str]) -> None:
     if sys.platform != "linux":
         return
     process_context().set_forkserver_preload([_TIDYING, *preload])
-    _settle_where_sockets_go()
+    settle_socket_folder()
     # Ctrl-C reaches the whole process group; only this process decides what it means.
     unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

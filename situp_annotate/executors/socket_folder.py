@@ -1,0 +1,48 @@
+"""Where the socket lies through which processes are asked for."""
+
+import hashlib
+import os
+import shutil
+import socket
+import tempfile
+from multiprocessing import current_process
+from multiprocessing.util import Finalize
+from pathlib import Path
+
+import psutil
+
+__all__ = ["settle_socket_folder"]
+
+_LONGEST = 56
+"""Bytes that leave room for names in a socket's path, which may have 107."""
+_SHORT = Path("/tmp")
+_LATE = -100
+"""When `multiprocessing` removes its own folder: after all that may still use it."""
+
+
+def _prefix() -> str:
+    """How names of the folders of this machine begin; before the number of the process."""
+    return f"situp-{hashlib.sha256(socket.gethostname().encode()).hexdigest()[:8]}-"
+
+
+def _remove_abandoned(base: Path) -> None:
+    """Remove folders of processes that were killed before anything could tidy up after them."""
+    for folder in base.glob(f"{_prefix()}*"):
+        owner = folder.name.removeprefix(_prefix()).partition("-")[0]
+        if owner.isdecimal() and not psutil.pid_exists(int(owner)):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def settle_socket_folder() -> None:
+    """Let `multiprocessing` keep its socket in a folder whose owner can be told by its name.
+
+    It lies in the usual temporary folder unless a socket's path would become too long there.
+    """
+    config = current_process()._config  # type: ignore[attr-defined]
+    if config.get("tempdir") is not None:
+        return
+    base = Path(tempfile.gettempdir())
+    base = base if len(os.fsencode(base)) <= _LONGEST else _SHORT
+    _remove_abandoned(base)
+    folder = config["tempdir"] = tempfile.mkdtemp(prefix=f"{_prefix()}{os.getpid()}-", dir=base)
+    Finalize(None, shutil.rmtree, (folder, True), exitpriority=_LATE)
