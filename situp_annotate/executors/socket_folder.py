@@ -2,8 +2,8 @@
 
 import hashlib
 import os
+import platform
 import shutil
-import socket
 import tempfile
 from multiprocessing import current_process
 from multiprocessing.util import Finalize
@@ -22,7 +22,7 @@ _LATE = -100
 
 def _prefix() -> str:
     """How names of the folders of this machine begin; before the number of the process."""
-    return f"situp-{hashlib.sha256(socket.gethostname().encode()).hexdigest()[:8]}-"
+    return f"situp-{hashlib.sha256(platform.node().encode()).hexdigest()[:8]}-"
 
 
 def _remove_abandoned(base: Path) -> None:

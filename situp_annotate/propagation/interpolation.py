@@ -42,6 +42,7 @@ def interpolate(keyframes: Sequence[Keyframe], method: Method, start: int, stop:
         held: Array = boxes[np.searchsorted(frames, wanted, side="right") - 1]
         return held
     if method is Method.CUBIC and len(frames) > 1:
-        smooth: Array = PchipInterpolator(frames, boxes)(wanted)
+        with np.errstate(over="ignore"):  # of boxes that are next to nothing apart
+            smooth: Array = PchipInterpolator(frames, boxes)(wanted)
         return smooth
     return np.stack([np.interp(wanted, frames, column) for column in boxes.T], axis=1)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from support.sliding import BOX, OTHER
 
@@ -52,6 +52,7 @@ def test_interpolation_by_hand():
 
 
 @given(st.lists(st.floats(-100, 100), min_size=2, max_size=6))
+@example([0.0, 0.0, 2.225073858507e-311])
 def test_cubic_interpolation_meets_the_boxes_and_never_overshoots(corners):
     keyframes = [Keyframe(5 * n, BoundingBox(x, 0, 4, 4)) for n, x in enumerate(corners)]
     x = drawn(Method.CUBIC, *keyframes, stop=5 * len(corners) - 4)
