@@ -4,6 +4,8 @@ References
 ----------
 Y. Wu, J. Lim, M.-H. Yang, Object tracking benchmark, PAMI 2015.
 
+M. Müller et al., TrackingNet, ECCV 2018 (normalised precision).
+
 Notes
 -----
 Conventions that change figures: the first frame's truth counts as the result; a result that is
@@ -12,6 +14,7 @@ errors *up to* one; a frame whose truth has a number that is not positive, posit
 a miss in success but a hit in precision (a quirk that published figures contain).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,14 +22,31 @@ import numpy.typing as npt
 
 from situp_annotate.propagation.fusion import overlaps
 
-__all__ = ["THRESHOLDS", "OnePassResult", "center_errors", "evaluate_one_pass"]
+__all__ = [
+    "NORMALIZED_THRESHOLDS",
+    "PRECISION_PIXELS",
+    "PRECISION_THRESHOLDS",
+    "THRESHOLDS",
+    "OnePassResult",
+    "center_errors",
+    "evaluate_one_pass",
+    "normalized_errors",
+]
 
 Boxes = npt.NDArray[np.float64]
 
 THRESHOLDS = np.linspace(0, 1, 21)
 """Overlap thresholds of the success curve; its mean is the AUC."""
 
-_PRECISION_PIXELS = 20.0
+PRECISION_THRESHOLDS = np.arange(51.0)
+"""Centre errors in pixels of the precision plot."""
+
+NORMALIZED_THRESHOLDS = np.linspace(0, 0.5, 51)
+"""Centre errors in sizes of the target; the mean of their shares is the normalised precision."""
+
+PRECISION_PIXELS = 20
+"""Centre error in pixels up to which a frame counts where precision is a single figure."""
+
 _ABSENT = -1.0
 
 
@@ -36,18 +56,26 @@ def center_errors(boxes: Boxes, truth: Boxes) -> npt.NDArray[np.float64]:
     return np.hypot(apart[:, 0], apart[:, 1])
 
 
+def normalized_errors(boxes: Boxes, truth: Boxes) -> npt.NDArray[np.float64]:
+    """Distance of the centres in the truth's widths and heights; shapes as for `overlaps`."""
+    apart = boxes[:, :2] + boxes[:, 2:] / 2 - truth[:, :2] - truth[:, 2:] / 2
+    share: npt.NDArray[np.float64] = np.hypot(*(apart / truth[:, 2:]).T)
+    return share
+
+
 @dataclass(frozen=True, slots=True)
 class OnePassResult:
     """Scores of one target.
 
     Attributes
     ----------
-    overlaps, center_errors : ndarray
+    overlaps, center_errors, normalized_errors : ndarray
         (n,), of every frame; −1 where the truth is not positive.
     """
 
     overlaps: npt.NDArray[np.float64]
     center_errors: npt.NDArray[np.float64]
+    normalized_errors: npt.NDArray[np.float64]
 
     @property
     def success(self) -> npt.NDArray[np.float64]:
@@ -63,7 +91,7 @@ class OnePassResult:
     @property
     def precision(self) -> float:
         """Share of frames with a centre error of at most 20 pixels."""
-        return float((self.center_errors <= _PRECISION_PIXELS).mean())
+        return float((self.center_errors <= PRECISION_PIXELS).mean())
 
 
 def _is_box(boxes: Boxes) -> npt.NDArray[np.bool_]:
@@ -95,7 +123,10 @@ def evaluate_one_pass(boxes: Boxes, truth: Boxes) -> OnePassResult:
     boxes[0] = truth[0]
     boxes = _repeat_over_gaps(boxes)
     present = (truth > 0).all(axis=1)
-    overlap, error = np.full(count, _ABSENT), np.full(count, _ABSENT)
-    overlap[present] = overlaps(boxes[present], truth[present])
-    error[present] = center_errors(boxes[present], truth[present])
-    return OnePassResult(overlap, error)
+
+    def measured(measure: Callable[[Boxes, Boxes], npt.NDArray[np.float64]]) -> Boxes:
+        values = np.full(count, _ABSENT)
+        values[present] = measure(boxes[present], truth[present])
+        return values
+
+    return OnePassResult(measured(overlaps), measured(center_errors), measured(normalized_errors))

@@ -47,6 +47,22 @@ def test_precision_counts_twenty_pixels_as_a_hit():
     assert evaluate_one_pass(boxes, truth).precision == pytest.approx(2 / 3)
 
 
+def test_normalized_error_is_in_sizes_of_the_truth():
+    truth = np.tile([1.0, 1, 10, 40], (4, 1))
+    boxes = truth + [[0, 0, 0, 0], [3, 0, 0, 0], [0, 16, 0, 0], [3, 16, 0, 0]]
+    np.testing.assert_allclose(
+        evaluate_one_pass(boxes, truth).normalized_errors, [0, 0.3, 0.4, 0.5]
+    )
+
+
+def test_sizes_that_differ_shift_the_centre_by_half():
+    truth = np.tile([1.0, 1, 10, 10], (2, 1))
+    result = evaluate_one_pass(truth + [0, 0, 6, 8], truth)
+    np.testing.assert_allclose(result.center_errors, [0, 5])
+    np.testing.assert_allclose(result.normalized_errors, [0, 0.5])
+    np.testing.assert_allclose(result.overlaps, [1, 100 / 288])
+
+
 def test_nothing_to_evaluate_is_an_error():
     with pytest.raises(ValueError, match="nothing to evaluate"):
         evaluate_one_pass(np.empty((0, 4)), np.empty((0, 4)))
