@@ -30,7 +30,7 @@ def _chosen(_context: click.Context, _parameter: click.Parameter, value: str) ->
 @click.option(
     "--plot",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="PNG that gets the curves of recall against boxes; needs the extra [benchmarks].",
+    help="PNG that gets the curves of recall against boxes; needs the extra [evaluate].",
 )
 @click.option(
     "--methods",

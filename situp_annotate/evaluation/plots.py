@@ -27,7 +27,7 @@ def require_matplotlib() -> None:
     if find_spec("matplotlib") is None:
         raise SitupError(
             "Curves need matplotlib, which is not installed; install it with "
-            "pip install 'situp-annotate[benchmarks]', or leave out --plot."
+            "pip install 'situp-annotate[evaluate]', or leave out --plot."
         )
 
 

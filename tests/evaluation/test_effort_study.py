@@ -176,7 +176,7 @@ def test_curves(tmp_path):
 
 def test_without_matplotlib_the_extra_is_named(monkeypatch):
     monkeypatch.setattr(plots, "find_spec", lambda _: None)
-    with pytest.raises(SitupError, match=r"situp-annotate\[benchmarks\]"):
+    with pytest.raises(SitupError, match=r"situp-annotate\[evaluate\]"):
         plots.require_matplotlib()
 
 
