@@ -6,6 +6,7 @@ from situp_annotate.cli._group import SitupGroup
 from situp_annotate.cli.check import check
 from situp_annotate.cli.contact_sheet import contact_sheet
 from situp_annotate.cli.effort import effort
+from situp_annotate.cli.evaluate import evaluate
 from situp_annotate.cli.excerpt import excerpt
 from situp_annotate.cli.export import export
 from situp_annotate.cli.import_ import import_
@@ -51,7 +52,7 @@ def cli() -> None:
 for _command in (
     *(init, import_, check, inspect, run, status, merge),
     *(overlay, contact_sheet, excerpt),
-    *(export, thin, recover, effort, schema),
+    *(export, thin, recover, effort, evaluate, schema),
 ):
     cli.add_command(_command)
 
