@@ -97,7 +97,7 @@ def run_benchmark(
     *,
     workers: int | None = None,
     fresh: bool = False,
-    on_part: Callable[[], None] = lambda: None,
+    on_part: Callable[[bool], object] | None = None,
 ) -> dict[PartName, Part]:
     """Run what is not there yet.
 
@@ -115,7 +115,7 @@ def run_benchmark(
     fresh : bool
         Whether to run what is there already, too: speeds are then of the same time.
     on_part : callable, optional
-        Called as soon as a part is there.
+        Called as soon as a part is there: whether it was there before.
 
     Raises
     ------
@@ -125,13 +125,16 @@ def run_benchmark(
     by_name = {target.name: target for target in targets}
     tasks = [_Task(name, by_name[name.target], parts, fresh) for name in names]
     found: dict[PartName, Part] = {}
-    for name, part in _carry_out(tasks, workers):
+    for name, part, was_there in _carry_out(tasks, workers):
         found[name] = part
-        on_part()
+        if on_part is not None:
+            on_part(was_there)
     return {name: found[name] for name in names}
 
 
-def _carry_out(tasks: Sequence[_Task], workers: int | None) -> Iterator[tuple[PartName, Part]]:
+def _carry_out(
+    tasks: Sequence[_Task], workers: int | None
+) -> Iterator[tuple[PartName, Part, bool]]:
     if workers is None:
         yield from map(_finish, tasks)
         return
@@ -146,16 +149,16 @@ def _carry_out(tasks: Sequence[_Task], workers: int | None) -> Iterator[tuple[Pa
         pool.shutdown(cancel_futures=True)
 
 
-def _finish_alone(task: _Task) -> tuple[PartName, Part]:
+def _finish_alone(task: _Task) -> tuple[PartName, Part, bool]:
     """What a worker does: it has one core."""
     cv2.setNumThreads(1)
     load_kernels()  # loading them is no part of a tracker's speed
     return _finish(task)
 
 
-def _finish(task: _Task) -> tuple[PartName, Part]:
+def _finish(task: _Task) -> tuple[PartName, Part, bool]:
     part = None if task.fresh else _read(task)
-    return task.name, part or _run(task)
+    return task.name, part or _run(task), part is not None
 
 
 def _read(task: _Task) -> Part | None:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from tqdm import tqdm
@@ -35,6 +35,8 @@ _NO_PLOTS = (
     "pip install 'situp-annotate[evaluate]' and run this again."
 )
 
+_KEPT = "{} of {} runs were in {} from before, with the speeds of then; --fresh runs all anew."
+
 
 @dataclass(frozen=True, slots=True)
 class Plan:
@@ -64,7 +66,7 @@ class Plan:
     sequences: Path
     output: Path
     trackers: Sequence[str] = ()
-    results: Mapping[str, str] | None = None
+    results: Mapping[str, str] = field(default_factory=dict)
     protocols: Sequence[str] = PROTOCOLS[:1]
     attributes: Path | None = None
     workers: int = 1
@@ -99,12 +101,12 @@ def evaluate_trackers(plan: Plan) -> Outcome:
     """
     targets = load_targets(plan.sequences, plan.attributes)
     _check_pictures(plan, targets)
-    read = [read_results(name, place, targets) for name, place in (plan.results or {}).items()]
-    parts = _run(plan, targets)
+    read = [read_results(name, place, targets) for name, place in plan.results.items()]
+    parts, notes = _run(plan, targets)
     ran = [_of_runs(name, plan.protocols, targets, parts) for name in plan.trackers]
     trackers = [*ran, *(_of_boxes(each, targets) for each in read)]
     evaluation = Evaluation(targets, trackers, plan.protocols)
-    notes = [*_missing(evaluation), *([] if can_draw() else [_NO_PLOTS])]
+    notes += [*_missing(evaluation), *([] if can_draw() else [_NO_PLOTS])]
     _write(plan, evaluation, parts, notes)
     tables = [overall_table(evaluation, protocol) for protocol in plan.protocols]
     return Outcome(markdown(tables).removeprefix("# Evaluation\n\n"), tuple(notes))
@@ -118,7 +120,8 @@ def _check_pictures(plan: Plan, targets: Sequence[Target]) -> None:
         )
 
 
-def _run(plan: Plan, targets: Sequence[Target]) -> dict[PartName, Part]:
+def _run(plan: Plan, targets: Sequence[Target]) -> tuple[dict[PartName, Part], list[str]]:
+    """All parts, and what to know of them."""
     names = [
         PartName(tracker, target.name, protocol)
         for tracker in plan.trackers
@@ -126,16 +129,20 @@ def _run(plan: Plan, targets: Sequence[Target]) -> dict[PartName, Part]:
         for protocol in plan.protocols
     ]
     if not names:
-        return {}
+        return {}, []
+    kept = 0
     with tqdm(total=len(names), unit="run", disable=None, dynamic_ncols=True) as bar:
-        return run_benchmark(
-            names,
-            targets,
-            plan.output / "parts",
-            workers=plan.workers,
-            fresh=plan.fresh,
-            on_part=lambda: bar.update(1),
+
+        def count(was_there: bool) -> None:
+            nonlocal kept
+            kept += was_there
+            bar.update(1)
+
+        folder = plan.output / "parts"
+        parts = run_benchmark(
+            names, targets, folder, workers=plan.workers, fresh=plan.fresh, on_part=count
         )
+    return parts, [_KEPT.format(kept, len(names), folder)] if kept else []
 
 
 def _of_runs(

@@ -83,6 +83,10 @@ def test_trackers_and_results_together(sequences, tmp_path):
     assert document["trackers"]["situp"]["source"] == "run here"
     made = {path.name for path in output.iterdir()}
     assert {"boxes", "evaluation.json", "parts", "tables.md", "tables.tex"} <= made
+    assert "from before" not in outcome.stderr
+    once_more = run(sequences, *options)
+    assert f"2 of 2 runs were in {output / 'parts'} from before" in once_more.stderr
+    assert once_more.stdout == outcome.stdout
     # What was written reads back and gives the same figures.
     again = run(sequences, "--results", f"it={output / 'boxes' / 'situp'}", "-o", tmp_path / "b")
     assert again.exit_code == 0, again.output

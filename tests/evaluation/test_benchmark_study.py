@@ -107,9 +107,10 @@ def test_temporal_runs_need_a_target(targets):
 
 def test_what_is_there_is_not_run_again(tmp_path, targets, standing):
     told = []
-    first = run_benchmark(NAMES, targets, tmp_path / "p", on_part=lambda: told.append(1))
-    assert (standing.made, len(told), [*first]) == (2, 2, NAMES)
-    assert run_benchmark(NAMES, targets, tmp_path / "p") == first
+    first = run_benchmark(NAMES, targets, tmp_path / "p", on_part=told.append)
+    assert (standing.made, told, [*first]) == (2, [False, False], NAMES)
+    assert run_benchmark(NAMES, targets, tmp_path / "p", on_part=told.append) == first
+    assert told[2:] == [True, True]
     assert standing.made == 2
     (tmp_path / "p" / "it" / "curved.ope.json").write_text("{")
     run_benchmark(NAMES, targets, tmp_path / "p")
