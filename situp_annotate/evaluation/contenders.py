@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from situp_annotate.evaluation.mil import MilTracker
 from situp_annotate.propagation import PropagationOptions, TrackerFactory
+from situp_annotate.trackers import make_mil
 from situp_annotate.tracking import SitupTracker
 from situp_annotate.types import Method
 
@@ -34,7 +34,7 @@ CONTENDERS: Mapping[str, Contender] = {
     "hold": Contender(PropagationOptions(method=Method.HOLD)),
     "linear": Contender(PropagationOptions(method=Method.LINEAR)),
     "cubic": Contender(PropagationOptions(method=Method.CUBIC)),
-    "mil": Contender(PropagationOptions(direction="forward"), MilTracker, most_boxes=3),
+    "mil": Contender(PropagationOptions(direction="forward"), make_mil, most_boxes=3),
     "forward": Contender(PropagationOptions(direction="forward")),
     "both": Contender(PropagationOptions()),
 }

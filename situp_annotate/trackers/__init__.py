@@ -1,27 +1,21 @@
-"""Trackers by name."""
+"""Trackers to choose from: what they are made of, and what they are called."""
 
-from situp_annotate.errors import SitupError
-from situp_annotate.tracking import SitupTracker, Tracker
+from situp_annotate.trackers.opencv import OpenCvTracker, make_mil
+from situp_annotate.trackers.presets import PRESETS, Preset
+from situp_annotate.trackers.registry import (
+    ENTRY_POINTS,
+    find_tracker,
+    make_tracker,
+    tracker_names,
+)
 
-__all__ = ["make_tracker", "tracker_names"]
-
-_MAKERS = {"situp": SitupTracker}
-
-
-def tracker_names() -> list[str]:
-    """Names that `make_tracker` knows."""
-    return list(_MAKERS)
-
-
-def make_tracker(name: str) -> Tracker:
-    """Make a tracker that has no target yet.
-
-    Raises
-    ------
-    SitupError
-        If there is none of this name.
-    """
-    if name not in _MAKERS:
-        known = ", ".join(tracker_names())
-        raise SitupError(f"There is no tracker called {name!r}; known are {known}.")
-    return _MAKERS[name]()
+__all__ = [
+    "ENTRY_POINTS",
+    "PRESETS",
+    "OpenCvTracker",
+    "Preset",
+    "find_tracker",
+    "make_mil",
+    "make_tracker",
+    "tracker_names",
+]

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from numba import njit
 from scipy import fft
 
-__all__ = ["CorrelationFilter", "Model", "gaussian_labels", "respond"]
+__all__ = ["CorrelationFilter", "Model", "correlate", "gaussian_labels", "respond"]
 
 Real = npt.NDArray[np.float32]
 Complex = npt.NDArray[np.complex64]
@@ -47,7 +47,7 @@ def _inner_product(z_real, z_imaginary, x_real, x_imaginary):  # type: ignore[no
 
 
 @njit(cache=True, nogil=True)
-def _correlate(z_f, x_f, scale, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def correlate(z_f, x_f, scale, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
     """Linear kernel correlation k̂ˣᶻ, equation (12), times a scale."""
     rows, _, half, _ = z_f.shape
     for i in range(rows):
@@ -82,7 +82,7 @@ def respond(z_f, model, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, A
         (rows, 2, columns // 2 + 1), real and imaginary parts; overwritten.
     """
     kernel_f = np.empty_like(model.alpha_f)
-    _correlate(z_f, model.template_f, model.scale, kernel_f)
+    correlate(z_f, model.template_f, model.scale, kernel_f)
     rows, half = kernel_f.shape
     for i in range(rows):
         for j in range(half):
@@ -154,7 +154,7 @@ class CorrelationFilter:
         rate = 1.0 if self._untrained else rate
         self._untrained = False
         model = self.model
-        _correlate(x_f, x_f, model.scale, self._kernel_f)
+        correlate(x_f, x_f, model.scale, self._kernel_f)
         alpha_f = self._labels_f / (self._kernel_f.real + self._regularization)
         _interpolate(model.alpha_f.reshape(-1), alpha_f.reshape(-1), np.float32(rate))
         _interpolate(model.template_f.reshape(-1), x_f.reshape(-1), np.float32(rate))

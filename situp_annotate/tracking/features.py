@@ -33,6 +33,8 @@ class FeaturePlan(NamedTuple):
     """
 
     cell_size: int
+    hog: bool
+    gray: bool
     orientations: npt.NDArray[np.uint8]
     resizing: Resizing
     cosine_window: Real
@@ -41,13 +43,26 @@ class FeaturePlan(NamedTuple):
 
     @property
     def channels(self) -> int:
-        """How many maps there are: 42 for colour, 32 for grey."""
-        return HOG_CHANNELS + 1 + (COLOR_CHANNELS if len(self.color_table) else 0)
+        """How many maps there are: 42 for colour, 32 for grey; one without grey stays zero."""
+        return self.first_color + (COLOR_CHANNELS if len(self.color_table) else 0)
+
+    @property
+    def first_color(self) -> int:
+        """The map after HOG and grey."""
+        return (HOG_CHANNELS if self.hog else 0) + 1
 
     @property
     def elements(self) -> int:
         """Rows · columns · channels as the authors count them: 42 for colour, 33 for grey."""
-        return self.cosine_window.size * (self.channels + (len(self.color_table) == 0))
+        doubled = self.gray and self.grey_gain > 1.0
+        return self.cosine_window.size * (self.channels - (not self.gray) + doubled)
+
+
+def _gray_gain(params: TrackerParams, *, color: bool) -> float:
+    if "gray" not in params.features:
+        return 0.0
+    stands_twice = not color and "color" in params.features
+    return float(np.sqrt(2)) if stands_twice else 1.0
 
 
 def plan_features(window_hw: tuple[int, int], params: TrackerParams, *, color: bool) -> FeaturePlan:
@@ -65,15 +80,17 @@ def plan_features(window_hw: tuple[int, int], params: TrackerParams, *, color: b
     rows, columns = (size // params.cell_size for size in window_hw)
     table = np.empty((0, COLOR_CHANNELS), np.float32)
     table.setflags(write=False)
-    if color:
+    if color and "color" in params.features:
         path = params.color_table
         table = builtin_table() if path is None else load_table(path)
     return FeaturePlan(
         cell_size=params.cell_size,
+        hog="hog" in params.features,
+        gray="gray" in params.features,
         orientations=orientation_table(),
         resizing=plan_resizing(window_hw, (rows, columns)),
         cosine_window=np.outer(np.hanning(rows), np.hanning(columns)).astype(np.float32),
-        grey_gain=1.0 if color else float(np.sqrt(2)),
+        grey_gain=_gray_gain(params, color=color),
         color_table=table,
     )
 
@@ -111,7 +128,10 @@ def add_colors(window, plan, out):  # type: ignore[no-untyped-def]  # noqa: ANN0
     out : ndarray of float32
         (columns, rows, channels) of the maps; those after fHOG's are overwritten.
     """
+    if not plan.gray and plan.color_table.shape[0] == 0:
+        return
     small, weights = resize(window, plan.resizing), plan.cosine_window
-    _add_grey(small, plan.grey_gain, weights, out[:, :, HOG_CHANNELS])
+    gray = HOG_CHANNELS if plan.hog else 0
+    _add_grey(small, plan.grey_gain, weights, out[:, :, gray])
     if plan.color_table.shape[0]:
-        add_color_names(small, plan.color_table, weights, out[:, :, HOG_CHANNELS + 1 :])
+        add_color_names(small, plan.color_table, weights, out[:, :, gray + 1 :])

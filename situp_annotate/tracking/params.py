@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, fields
+from typing import Literal
 
 from situp_annotate.errors import TrackingError
 
@@ -17,9 +18,11 @@ class TrackerParams:
     padding : float
         Search window over target size, each side; at least 1. §IV-A gives the padding ratio 1.5,
         what is added, which makes 2.5; the authors' code has both forms.
+    window : {"target", "square"}
+        Whether the search window has the target's shape, or is a square of the same area.
     cell_size : int
-        Side of a feature cell in pixels of the window; at least 2. Not in the paper; 4 in the
-        authors' code, which also moves by whole cells.
+        Side of a feature cell in pixels of the window; at least 2, or 1 without HOG. Not in the
+        paper; 4 in the authors' code, which also moves by whole cells.
     label_sigma : float
         Standard deviation of the regression target **y**, equation (2), over the square root of
         the target's area; greater than 0. §IV-A: a tenth of the target size. The authors' code
@@ -33,6 +36,29 @@ class TrackerParams:
     scale_factors : tuple of float
         The pool **S** of scales t, equation (14); 1 to 32 numbers from 0.5 to 2, ``(1.0,)`` turns
         the search for scale off. §IV-A, in the authors' order: of equal APCEs the first wins.
+    scale_criterion : {"apce", "max", "psr"}
+        By which the response maps of the pool are compared: equation (13); the naive maximum, as
+        SAMF does; or the peak-to-sidelobe ratio of MOSSE.
+    scale_search : {"pool", "filter"}
+        Whether the size comes from the pool, or from a filter along scales once the place is
+        known, as in DSST; the pool is then that of the place alone.
+    aspect_factors : tuple of float
+        Ratios of height to width, relative to the target's, at which each scale is tried; numbers
+        from 0.5 to 2. Not in the paper.
+    features : tuple of {"hog", "gray", "color"}
+        Channels that the filter sees; at least one of the first two. §III-B: all three.
+    kernel : {"linear", "gaussian"}
+        Of the ridge regression. §III-B: linear, as in DCF; Gaussian as in KCF.
+    kernel_sigma : float
+        Standard deviation of the Gaussian kernel; greater than 0.
+    filter : {"dual", "ratio"}
+        Whether the dual coefficients and the template are averaged over frames, equation (11),
+        or, with a linear kernel, numerator and denominator of the filter, as MOSSE and DSST do.
+    row_steps : {"product", "own"}
+        How far apart rows of the window are sampled: by the product of both axes' ratios, as the
+        authors' code does, or by their own, so that a target that grows keeps its shape.
+    subcell : bool
+        Whether the target moves to where the response peaks between the cells.
     halve_above : float
         Targets of this size (square root of the area, pixels) or more are tracked in the picture
         of half size; greater than 0. Not in the paper; 100 in the authors' code.
@@ -48,18 +74,37 @@ class TrackerParams:
     """
 
     padding: float = 2.5
+    window: Literal["target", "square"] = "target"
     cell_size: int = 4
     label_sigma: float = 0.1
     regularization: float = 3e-4
     learning_rate: float = 0.004
     scale_factors: tuple[float, ...] = (1.0, 0.995, 1.005, 0.985, 0.99, 1.01, 1.015)
+    scale_criterion: Literal["apce", "max", "psr"] = "apce"
+    features: tuple[Literal["hog", "gray", "color"], ...] = ("hog", "gray", "color")
+    scale_search: Literal["pool", "filter"] = "pool"
+    aspect_factors: tuple[float, ...] = (1.0,)
+    kernel: Literal["linear", "gaussian"] = "linear"
+    kernel_sigma: float = 0.5
+    filter: Literal["dual", "ratio"] = "dual"
+    row_steps: Literal["product", "own"] = "product"
+    subcell: bool = False
     halve_above: float = 100.0
     color_table: str | None = None
 
     def __post_init__(self) -> None:
         allowed = {
             "padding": (self.padding >= 1, "at least 1"),
-            "cell_size": (self.cell_size >= 2, "at least 2"),
+            "cell_size": (
+                self.cell_size >= (2 if "hog" in self.features else 1),
+                "at least 2, or 1 without HOG",
+            ),
+            "features": (bool({"hog", "gray"} & {*self.features}), "some of hog, gray and color"),
+            "kernel_sigma": (self.kernel_sigma > 0, "greater than 0"),
+            "filter": (
+                self.filter == "dual" or self.kernel == "linear",
+                "dual for a Gaussian kernel",
+            ),
             "label_sigma": (self.label_sigma > 0, "greater than 0"),
             "regularization": (self.regularization > 0, "greater than 0"),
             "learning_rate": (0 <= self.learning_rate <= 1, "from 0 to 1"),
@@ -67,6 +112,10 @@ class TrackerParams:
                 1 <= len(self.scale_factors) <= 32
                 and all(0.5 <= t <= 2 for t in self.scale_factors),
                 "1 to 32 numbers from 0.5 to 2",
+            ),
+            "aspect_factors": (
+                len(self.aspect_factors) >= 1 and all(0.5 <= a <= 2 for a in self.aspect_factors),
+                "numbers from 0.5 to 2",
             ),
             "halve_above": (self.halve_above > 0, "greater than 0"),
         }
@@ -76,3 +125,12 @@ class TrackerParams:
             finite = not isinstance(value, float) or math.isfinite(value)
             if not (valid and finite):
                 raise TrackingError(f"{field.name} = {value} is not allowed: give {range_}.")
+
+    @property
+    def pool(self) -> tuple[tuple[float, float], ...]:
+        """Factors of height and width that are tried, in the order of equation (14)."""
+        return tuple(
+            (factor * math.sqrt(aspect), factor / math.sqrt(aspect))
+            for aspect in self.aspect_factors
+            for factor in self.scale_factors
+        )

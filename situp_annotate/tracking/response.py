@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-__all__ = ["Peak", "apce", "find_peak"]
+__all__ = ["Peak", "apce", "find_peak", "psr"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +50,29 @@ def apce(response: npt.NDArray[np.floating]) -> float:
     Unchanged by a·R + b for a > 0 and by rolling. A constant map has no peak: 0.
     """
     return float(_apce(response))
+
+
+def psr(response: npt.NDArray[np.floating], *, exclude: int = 1) -> float:
+    """Peak-to-sidelobe ratio: peak over mean, in standard deviations of all but the peak's cells.
+
+    Parameters
+    ----------
+    response : ndarray
+        (rows, columns).
+    exclude : int
+        Cells around the peak, to each side, that are no sidelobe.
+
+    References
+    ----------
+    D. S. Bolme et al., Visual object tracking using adaptive correlation filters, CVPR 2010.
+    """
+    row, column = np.unravel_index(int(np.argmax(response)), response.shape)
+    centred = np.roll(response, (exclude - row, exclude - column), (0, 1))
+    side = np.ones(response.shape, np.bool_)
+    side[: 2 * exclude + 1, : 2 * exclude + 1] = False
+    sidelobe = centred[side].astype(np.float64)
+    spread = float(sidelobe.std()) if sidelobe.size else 0.0
+    return (float(response[row, column]) - float(sidelobe.mean())) / spread if spread > 0 else 0.0
 
 
 def _wrap(index: int, size: int) -> int:

@@ -69,7 +69,11 @@ def _round(values, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
 
 
 def sampling_steps(
-    size_hw: tuple[float, float], factor: float, window_hw: tuple[int, int]
+    size_hw: tuple[float, float],
+    factors_hw: tuple[float, float],
+    window_hw: tuple[int, int],
+    *,
+    own: bool = False,
 ) -> tuple[float, float]:
     """Pixels of the picture between neighbouring samples, along rows and columns.
 
@@ -77,14 +81,16 @@ def sampling_steps(
     ----------
     size_hw : tuple of float
         Search window at factor 1, in pixels of the picture.
-    factor : float
-        Scale t of the pool.
+    factors_hw : tuple of float
+        Scale t of the pool, of height and of width.
     window_hw : tuple of int
         Size of the template, to which the window is brought.
+    own : bool
+        Whether rows have a step of their own, not that of the authors' code.
     """
-    step_x = math.floor(size_hw[1] * factor) / window_hw[1]
-    step_y = math.floor(size_hw[0] * factor) / window_hw[0] * step_x
-    return step_y, step_x
+    step_x = math.floor(size_hw[1] * factors_hw[1]) / window_hw[1]
+    step_y = math.floor(size_hw[0] * factors_hw[0]) / window_hw[0]
+    return (step_y if own else step_y * step_x), step_x
 
 
 @njit(cache=True, nogil=True)

@@ -1,6 +1,7 @@
 """The search window: from a place in a picture to the spectra of the features there."""
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -73,10 +74,11 @@ def search_windows(picture, center_yx, steps_yx, plan, model, spectra, responses
     responses_f = np.empty((rows, 2, columns // 2 + 1, len(responses)), np.float32)
     for n in range(len(steps_yx)):
         sample_window(picture, center_yx, (steps_yx[n, 0], steps_yx[n, 1]), plan.window)
-        fhog(
-            plan.window, features.orientations, features.cell_size, features.cosine_window,
-            plan.maps,
-        )  # fmt: skip
+        if features.hog:
+            fhog(
+                plan.window, features.orientations, features.cell_size, features.cosine_window,
+                plan.maps,
+            )  # fmt: skip
         add_colors(plan.window, features, plan.maps)
         spectrum = spectra[n % len(spectra)]
         transform(plan.maps, plan.transform, spectrum)
@@ -127,9 +129,10 @@ class SearchWindow:
         self._halved = math.sqrt(box.height * box.width) >= params.halve_above
         self.first = self._first(box)
         # At least two cells a side, so that targets of a few pixels have a grid at all.
+        height, width = self._size(self.first)
         self._window_hw = (
-            max(math.floor(self.first.height * params.padding), 2 * params.cell_size),
-            max(math.floor(self.first.width * params.padding), 2 * params.cell_size),
+            max(math.floor(height), 2 * params.cell_size),
+            max(math.floor(width), 2 * params.cell_size),
         )
         colors = image_shape[2] if len(image_shape) == 3 else 1
         half_hw = ((image_shape[0] + 1) // 2, (image_shape[1] + 1) // 2)
@@ -151,6 +154,13 @@ class SearchWindow:
             return Placement(center_y, center_x, height, width)
         # The authors halve and floor positions that count from 1.
         return Placement((center_y + 1) // 2 - 1, (center_x + 1) // 2 - 1, height // 2, width // 2)
+
+    def _size(self, placement: Placement) -> tuple[float, float]:
+        """Height and width of the window around a target."""
+        height, width = placement.height, placement.width
+        if self._params.window == "square":
+            height = width = math.sqrt(height * width)
+        return height * self._params.padding, width * self._params.padding
 
     def placement(self, box: BoundingBox) -> Placement:
         """Where a box is; the inverse of :meth:`box`."""
@@ -184,7 +194,9 @@ class SearchWindow:
             )  # fmt: skip
         return BoundingBox(center_x - width / 2, center_y - height / 2, width, height)
 
-    def prepare(self, image: Image, placement: Placement, factors: tuple[float, ...]) -> Image:
+    def prepare(
+        self, image: Image, placement: Placement, factors: Iterable[tuple[float, float]]
+    ) -> Image:
         """Make the picture that is searched: with a channel axis, at half size for large targets.
 
         Only what lies below the windows at these factors is computed.
@@ -202,8 +214,8 @@ class SearchWindow:
         halve(picture, (span[0], span[1], span[2], span[3]), self._half)
         return _read_only(self._half)
 
-    def steps(self, placement: Placement, factor: float) -> tuple[float, float]:
+    def steps(self, placement: Placement, factors_hw: tuple[float, float]) -> tuple[float, float]:
         """Pixels between neighbouring samples at a scale, along rows and columns."""
-        padding = self._params.padding
-        size_hw = (placement.height * padding, placement.width * padding)
-        return sampling_steps(size_hw, factor, self._window_hw)
+        size_hw = self._size(placement)
+        own = self._params.row_steps == "own"
+        return sampling_steps(size_hw, factors_hw, self._window_hw, own=own)

@@ -50,7 +50,7 @@ class Reference:
         rows, columns = self.window_hw
         windows = np.empty((len(POOL), rows, 3 if self.color else 1, columns), np.uint8)
         for window, factor in zip(windows, POOL, strict=True):
-            steps = sampling_steps(size, factor, self.window_hw)
+            steps = sampling_steps(size, (factor, factor), self.window_hw)
             sample_window(image.reshape(*image.shape[:2], -1), center, steps, window)
         return windows
 

@@ -1,0 +1,107 @@
+"""SITUP and its relatives: what each of them is made of, and where that is written.
+
+All are the same tracker with other settings, in the order of their years. Where an original has
+more than this, or something else, its note says so.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from situp_annotate.tracking import TrackerParams
+
+__all__ = ["PRESETS", "Preset"]
+
+_ONE_SCALE = (1.0,)
+_NEVER = 1e9
+"""Size in pixels that no target has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Preset:
+    """A tracker of the family.
+
+    Attributes
+    ----------
+    params : TrackerParams
+        What it is made of.
+    source : str
+        Where it was published.
+    note : str
+        What of the original is missing or different here.
+    """
+
+    params: TrackerParams
+    source: str
+    note: str = ""
+
+
+PRESETS: Mapping[str, Preset] = {
+    "mosse": Preset(
+        TrackerParams(
+            features=("gray",),
+            cell_size=1,
+            filter="ratio",
+            padding=2.0,
+            label_sigma=1 / 16,
+            regularization=0.01,
+            learning_rate=0.125,
+            scale_factors=_ONE_SCALE,
+            halve_above=_NEVER,
+        ),
+        "D. S. Bolme et al., Visual object tracking using adaptive correlation filters, CVPR 2010",
+        "without the logarithm, the warped copies of the first window and the stop at low PSR",
+    ),
+    "csk": Preset(
+        TrackerParams(
+            features=("gray",),
+            cell_size=1,
+            kernel="gaussian",
+            kernel_sigma=0.2,
+            padding=2.0,
+            label_sigma=1 / 16,
+            regularization=0.01,
+            learning_rate=0.075,
+            scale_factors=_ONE_SCALE,
+            halve_above=_NEVER,
+        ),
+        "J. F. Henriques et al., Exploiting the circulant structure of tracking-by-detection with "
+        "kernels, ECCV 2012",
+    ),
+    "kcf": Preset(
+        TrackerParams(
+            features=("hog",),
+            kernel="gaussian",
+            kernel_sigma=0.5,
+            regularization=1e-4,
+            learning_rate=0.02,
+            scale_factors=_ONE_SCALE,
+        ),
+        "J. F. Henriques et al., High-speed tracking with kernelized correlation filters, PAMI "
+        "2015",
+    ),
+    "dcf": Preset(
+        TrackerParams(
+            features=("hog",), regularization=1e-4, learning_rate=0.02, scale_factors=_ONE_SCALE
+        ),
+        "J. F. Henriques et al., High-speed tracking with kernelized correlation filters, PAMI "
+        "2015: its linear kernel",
+    ),
+    "samf": Preset(
+        TrackerParams(
+            kernel="gaussian",
+            kernel_sigma=0.5,
+            regularization=1e-4,
+            learning_rate=0.01,
+            scale_criterion="max",
+            row_steps="own",
+        ),
+        "Y. Li, J. Zhu, A scale adaptive kernel correlation filter tracker with feature "
+        "integration, ECCV workshops 2014",
+    ),
+    "situp": Preset(
+        TrackerParams(),
+        "H. Ma, S. T. Acton, Z. Lin, SITUP: Scale invariant tracking using average "
+        "peak-to-correlation energy",
+    ),
+}
+"""By name, all but SITUP from before it."""

@@ -1,0 +1,75 @@
+"""Trackers by name: ours, OpenCV's, and those that other packages bring."""
+
+from collections.abc import Callable
+from functools import cache, partial
+from importlib.metadata import EntryPoint, entry_points
+
+from situp_annotate.errors import TrackingError
+from situp_annotate.trackers.opencv import MODEL_FILES, make_mil, make_with_models
+from situp_annotate.trackers.presets import PRESETS
+from situp_annotate.tracking import SitupTracker, Tracker
+
+__all__ = ["ENTRY_POINTS", "find_tracker", "make_tracker", "tracker_names"]
+
+ENTRY_POINTS = "situp_annotate.trackers"
+"""Group of the entry points by which other packages add trackers: callables that make one."""
+
+_MIL = "mil"
+
+
+@cache
+def _plugins() -> dict[str, EntryPoint]:
+    return {point.name: point for point in entry_points(group=ENTRY_POINTS)}
+
+
+def tracker_names() -> list[str]:
+    """Names of all trackers that need nothing but their name; ours first, those added last."""
+    return [*PRESETS, _MIL, *sorted(_plugins())]
+
+
+def find_tracker(name: str) -> Callable[[], Tracker]:
+    """What makes trackers of a name.
+
+    Parameters
+    ----------
+    name : str
+        One of `tracker_names`, or ``vit:MODEL``, ``nano:BACKBONE,NECKHEAD`` or
+        ``dasiamrpn:MODEL,KERNEL_CLS1,KERNEL_R1`` with paths of files.
+
+    Raises
+    ------
+    TrackingError
+        If there is no such tracker, a model file is missing, or a plug-in cannot be loaded.
+    """
+    if name in PRESETS:
+        return partial(SitupTracker, PRESETS[name].params)
+    if name == _MIL:
+        return make_mil
+    kind, _, files = name.partition(":")
+    if kind in MODEL_FILES:
+        made = partial(make_with_models, kind, files.split(",") if files else [])
+        made()  # so that a missing file is noticed now
+        return made
+    if name in _plugins():
+        return _load(_plugins()[name])
+    needing = [f"{kind}:{','.join(wanted)}" for kind, wanted in MODEL_FILES.items()]
+    raise TrackingError(
+        f"{name!r} is no tracker; known are {', '.join((*tracker_names(), *needing))}."
+    )
+
+
+def _load(point: EntryPoint) -> Callable[[], Tracker]:
+    try:
+        factory = point.load()
+    except Exception as error:
+        raise TrackingError(
+            f"The tracker {point.name!r} of {point.value} cannot be loaded: {error}."
+        ) from error
+    if not callable(factory):
+        raise TrackingError(f"The tracker {point.name!r}: {point.value} cannot be called.")
+    return factory  # type: ignore[no-any-return]
+
+
+def make_tracker(name: str) -> Tracker:
+    """A fresh tracker; parameters and errors are those of `find_tracker`."""
+    return find_tracker(name)()
