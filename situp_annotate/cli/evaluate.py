@@ -1,5 +1,6 @@
 """``situp-annotate evaluate``: measure trackers the way the field does."""
 
+from itertools import chain
 from pathlib import Path
 
 import click
@@ -7,8 +8,13 @@ import click
 __all__ = ["evaluate"]
 
 
-def _names(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(name.strip() for name in value.split(",") if name.strip()))
+def _names(
+    _context: click.Context, _parameter: click.Parameter, values: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Names apart, except that of a tracker with its model files."""
+    split = [[value] if ":" in value else value.split(",") for value in values]
+    names = (name.strip() for name in chain.from_iterable(split))
+    return tuple(dict.fromkeys(name for name in names if name))
 
 
 def _places(
@@ -26,14 +32,16 @@ def _places(
 
 
 def _check(trackers: tuple[str, ...], results: dict[str, str], protocols: tuple[str, ...]) -> None:
-    from situp_annotate.trackers import tracker_names
+    from situp_annotate.errors import TrackingError
+    from situp_annotate.trackers import find_tracker
 
     if not trackers and not results:
         raise click.UsageError("Nothing to evaluate: give --trackers, --results or both.")
-    known = tracker_names()
     for name in trackers:
-        if name not in known:
-            raise click.UsageError(f"There is no tracker {name!r}; known are {', '.join(known)}.")
+        try:
+            find_tracker(name)
+        except TrackingError as error:
+            raise click.UsageError(str(error)) from error
         if name in results:
             raise click.UsageError(f"--results {name}=…: a tracker that is run has this name.")
     if not trackers and protocols != ("ope",):
@@ -54,9 +62,12 @@ def _check(trackers: tuple[str, ...], results: dict[str, str], protocols: tuple[
 )
 @click.option(
     "--trackers",
+    multiple=True,
     callback=_names,
-    default="",
-    help="Trackers to run, separated by commas, such as situp.",
+    metavar="NAME,…",
+    help="Trackers to run: mosse, csk, kcf, dcf, samf, dsst, fdsst, situp, aspect; OpenCV's mil; "
+    "vit:MODEL, nano:BACKBONE,NECKHEAD or dasiamrpn:MODEL,KERNEL_CLS1,KERNEL_R1 with files of "
+    "yours; and those that other packages bring. May be given several times.",
 )
 @click.option(
     "--results",

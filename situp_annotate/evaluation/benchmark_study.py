@@ -18,7 +18,7 @@ from situp_annotate.evaluation.benchmark import Target
 from situp_annotate.evaluation.tracker_runs import Run, run_target
 from situp_annotate.executors import ProcessExecutor
 from situp_annotate.formats.staging import write_whole
-from situp_annotate.trackers import make_tracker
+from situp_annotate.trackers import folder_name, make_tracker, model_files
 from situp_annotate.video.image_folder import list_images
 
 __all__ = ["Part", "PartName", "run_benchmark"]
@@ -66,14 +66,22 @@ class _Task:
 
     @property
     def path(self) -> Path:
-        return self.parts / self.name.tracker / f"{self.name.target}.{self.name.protocol}.json"
+        folder = self.parts / folder_name(self.name.tracker)
+        return folder / f"{self.name.target}.{self.name.protocol}.json"
 
     def key(self) -> str:
         assert self.target.folder is not None, "checked before anything is run"
         images = [(path.name, path.stat().st_size) for path in list_images(self.target.folder)]
+        models = [_file_digest(path) for path in model_files(self.name.tracker)]
         state = [situp_annotate.__version__, _code_digest(), self.name.tracker, self.name.protocol]
-        text = json.dumps([*state, images, self.target.truth.tolist()])
+        text = json.dumps([*state, models, images, self.target.truth.tolist()])
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+@cache
+def _file_digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @cache

@@ -27,6 +27,7 @@ from situp_annotate.evaluation.metrics import evaluate_one_pass
 from situp_annotate.evaluation.scores import pooled_scores
 from situp_annotate.evaluation.tracker_runs import PROTOCOLS, score_runs
 from situp_annotate.formats.staging import write_whole
+from situp_annotate.trackers import folder_name
 
 __all__ = ["Plan", "evaluate_trackers"]
 
@@ -198,7 +199,7 @@ def _write(
     for name, part in parts.items():
         if name.protocol == "ope":
             lines = [",".join(f"{number:.10g}" for number in box) for box in part.runs[0].boxes]
-            path = plan.output / "boxes" / name.tracker / f"{name.target}.txt"
+            path = plan.output / "boxes" / folder_name(name.tracker) / f"{name.target}.txt"
             write_whole(path, "\n".join(lines) + "\n")
     tables = evaluation_tables(evaluation)
     write_whole(plan.output / "tables.md", markdown(tables, notes))

@@ -5,7 +5,9 @@ from situp_annotate.trackers.presets import PRESETS, Preset
 from situp_annotate.trackers.registry import (
     ENTRY_POINTS,
     find_tracker,
+    folder_name,
     make_tracker,
+    model_files,
     tracker_names,
 )
 
@@ -15,7 +17,9 @@ __all__ = [
     "OpenCvTracker",
     "Preset",
     "find_tracker",
+    "folder_name",
     "make_mil",
     "make_tracker",
+    "model_files",
     "tracker_names",
 ]

@@ -1,6 +1,6 @@
 """OpenCV's trackers behind the interface of ours, to compare with."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import cv2
@@ -133,15 +133,15 @@ MODEL_FILES: Mapping[str, tuple[str, ...]] = {
 """Files that each needs, which the user has to have: OpenCV comes without them."""
 
 
-def make_with_models(name: str, files: list[str]) -> OpenCvTracker:
+def make_with_models(name: str, files: Sequence[Path]) -> OpenCvTracker:
     """One of the trackers that are neural networks.
 
     Parameters
     ----------
     name : str
         A key of `MODEL_FILES`.
-    files : list of str
-        Paths of the files that are named there, in this order.
+    files : sequence of Path
+        The files that are named there, in this order.
 
     Raises
     ------
@@ -154,6 +154,6 @@ def make_with_models(name: str, files: list[str]) -> OpenCvTracker:
             f"{name} needs {len(wanted)} model file(s): give {name}:{','.join(wanted)}."
         )
     for file in files:
-        if not Path(file).is_file():
+        if not file.is_file():
             raise TrackingError(f"{file}: this model file for {name} is not there.")
-    return OpenCvTracker(lambda: _WITH_MODELS[name](*files), finds_size=True)
+    return OpenCvTracker(lambda: _WITH_MODELS[name](*map(str, files)), finds_size=True)

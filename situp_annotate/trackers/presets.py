@@ -1,6 +1,6 @@
 """SITUP and its relatives: what each of them is made of, and where that is written.
 
-All are the same tracker with other settings, in the order of their years. Where an original has
+All are the same tracker with other settings. Where an original has
 more than this, or something else, its note says so.
 """
 
@@ -98,10 +98,51 @@ PRESETS: Mapping[str, Preset] = {
         "Y. Li, J. Zhu, A scale adaptive kernel correlation filter tracker with feature "
         "integration, ECCV workshops 2014",
     ),
+    "dsst": Preset(
+        TrackerParams(
+            features=("hog", "gray"),
+            cell_size=2,
+            filter="ratio",
+            padding=2.0,
+            label_sigma=1 / 16,
+            regularization=0.01,
+            learning_rate=0.025,
+            scale_factors=_ONE_SCALE,
+            scale_search="filter",
+            row_steps="own",
+            subcell=True,
+            halve_above=_NEVER,
+        ),
+        "M. Danelljan et al., Accurate scale estimation for robust visual tracking, BMVC 2014",
+        "cells of two pixels where the original has HOG at every pixel",
+    ),
+    "fdsst": Preset(
+        TrackerParams(
+            features=("hog", "gray"),
+            filter="ratio",
+            padding=3.0,
+            label_sigma=1 / 16,
+            regularization=0.01,
+            learning_rate=0.025,
+            scale_factors=_ONE_SCALE,
+            scale_search="filter",
+            row_steps="own",
+            subcell=True,
+        ),
+        "M. Danelljan et al., Discriminative scale space tracking, PAMI 2017",
+        "peaks between cells by parabolas instead of trigonometric interpolation; all channels and "
+        "all 33 scales instead of principal components and 17, which the original has for speed",
+    ),
     "situp": Preset(
         TrackerParams(),
         "H. Ma, S. T. Acton, Z. Lin, SITUP: Scale invariant tracking using average "
         "peak-to-correlation energy",
     ),
+    "aspect": Preset(
+        TrackerParams(aspect_factors=(1.0, 0.98, 1.02), row_steps="own", subcell=True),
+        "not published: SITUP with a search for the aspect ratio, which KCFDP (D. Huang et al., "
+        "Enable scale and aspect ratio adaptability in visual tracking with detection proposals, "
+        "BMVC 2015) aims at with detection proposals",
+    ),
 }
-"""By name, all but SITUP from before it."""
+"""By name, in the order of their years."""

@@ -3,18 +3,38 @@
 from collections.abc import Callable
 from functools import cache, partial
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from urllib.parse import quote
 
 from situp_annotate.errors import TrackingError
 from situp_annotate.trackers.opencv import MODEL_FILES, make_mil, make_with_models
 from situp_annotate.trackers.presets import PRESETS
 from situp_annotate.tracking import SitupTracker, Tracker
 
-__all__ = ["ENTRY_POINTS", "find_tracker", "make_tracker", "tracker_names"]
+__all__ = [
+    "ENTRY_POINTS",
+    "find_tracker",
+    "folder_name",
+    "make_tracker",
+    "model_files",
+    "tracker_names",
+]
 
 ENTRY_POINTS = "situp_annotate.trackers"
 """Group of the entry points by which other packages add trackers: callables that make one."""
 
 _MIL = "mil"
+
+
+def folder_name(name: str) -> str:
+    """A tracker's name as that of a folder."""
+    return quote(name, safe=" ")
+
+
+def model_files(name: str) -> list[Path]:
+    """Files of the user that a tracker of this name is made of."""
+    kind, _, files = name.partition(":")
+    return [Path(file) for file in files.split(",")] if kind in MODEL_FILES and files else []
 
 
 @cache
@@ -45,11 +65,11 @@ def find_tracker(name: str) -> Callable[[], Tracker]:
         return partial(SitupTracker, PRESETS[name].params)
     if name == _MIL:
         return make_mil
-    kind, _, files = name.partition(":")
+    kind = name.partition(":")[0]
     if kind in MODEL_FILES:
-        made = partial(make_with_models, kind, files.split(",") if files else [])
-        made()  # so that a missing file is noticed now
-        return made
+        make = partial(make_with_models, kind, model_files(name))
+        make()  # so that a missing file is noticed now
+        return make
     if name in _plugins():
         return _load(_plugins()[name])
     needing = [f"{kind}:{','.join(wanted)}" for kind, wanted in MODEL_FILES.items()]

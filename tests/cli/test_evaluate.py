@@ -126,7 +126,7 @@ def test_trackers_need_pictures(texts, tmp_path):
     ("options", "message"),
     [
         ([], "Nothing to evaluate: give --trackers, --results or both."),
-        (["--trackers", "magic"], "There is no tracker 'magic'; known are situp"),
+        (["--trackers", "magic"], "'magic' is no tracker; known are mosse"),
         (["--results", "folder"], "'folder': give NAME=FOLDER."),
         (["--results", "a=b", "--results", "a=c"], "'a' is given twice"),
         (["--trackers", "situp", "--results", "situp=x"], "a tracker that is run has this name"),

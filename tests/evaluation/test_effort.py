@@ -9,13 +9,13 @@ from situp_annotate.evaluation import overlaps
 from situp_annotate.evaluation.contenders import CONTENDERS
 from situp_annotate.evaluation.effort import BUDGETS, prepare, simulate
 from situp_annotate.evaluation.jitter import jitter
-from situp_annotate.evaluation.mil import MilTracker
 from situp_annotate.evaluation.picks import PICKS, Situation, pick_suggested, pick_worst
 from situp_annotate.evaluation.prefixes import PrefixCache
 from situp_annotate.evaluation.samples import SampleCollector, Samples
 from situp_annotate.evaluation.track_quality import judge_track
 from situp_annotate.propagation import TrackLabels, suggest
 from situp_annotate.propagation.confidence import feature_names
+from situp_annotate.trackers import make_mil
 from situp_annotate.types import BoundingBox, Keyframe, Provenance, Track
 
 LINEAR, BOTH = CONTENDERS["linear"], CONTENDERS["both"]
@@ -181,7 +181,7 @@ def test_a_jump_at_a_keyframe_is_a_large_step():
 
 def test_mil_wants_a_target_first_and_keeps_its_size():
     image, following, *_ = pictures(curved_truth())
-    tracker = MilTracker()
+    tracker = make_mil()
     with pytest.raises(TrackingError, match="call init"):
         tracker.update(image)
     tracker.init(image, BoundingBox(20, 35, 24, 24))
@@ -192,6 +192,6 @@ def test_mil_wants_a_target_first_and_keeps_its_size():
 
 def test_mil_takes_boxes_that_reach_beyond_the_picture():
     image = next(pictures(curved_truth()))
-    tracker = MilTracker()
+    tracker = make_mil()
     tracker.init(image, BoundingBox(-10, 80, 30, 40))
     assert tracker.update(image).box.height == 40
