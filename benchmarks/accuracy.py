@@ -1,0 +1,76 @@
+"""How accurate and how fast the trackers of the family are.
+
+    python benchmarks/accuracy.py --sequences FOLDER --json FILE [--attributes FILE]
+        [--trackers NAME,…] [--fresh]
+
+FOLDER holds sequences in OTB layout. Each preset starts from the truth's first box of each target
+and is scored by one-pass evaluation with the conventions of the OTB toolkit, one run after the
+other in a process of one thread; finished runs stay in a folder beside FILE, from which a benchmark
+that was interrupted goes on. Speeds are of tracking alone, geometric means over the targets.
+"""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from situp_annotate.evaluation.evaluation_files import Plan, evaluate_trackers
+from situp_annotate.trackers import PRESETS
+
+SCALE_VARIATION = "SV"
+
+
+def figures_of(tracker: dict[str, Any]) -> dict[str, float]:
+    """Means over all targets, over those whose scale varies, and speed."""
+    overall = tracker["ope"]["sets"]["all"]
+    figures = {"auc": overall["auc"], "precision": overall["precision"]}
+    varied = tracker["ope"]["attributes"].get(SCALE_VARIATION)
+    if varied is not None:
+        figures["auc_of_scale_variation"] = varied["auc"]
+    return {**figures, "fps": tracker["frames_per_second"]}
+
+
+def table(trackers: dict[str, Any]) -> Iterable[str]:
+    """AUC by target and tracker, in Markdown."""
+    names = list(trackers)
+    yield f"| AUC | {' | '.join(names)} |"
+    yield "|---" * (len(names) + 1) + "|"
+    for target in next(iter(trackers.values()))["ope"]["targets"]:
+        aucs = [trackers[name]["ope"]["targets"][target]["auc"] for name in names]
+        yield f"| {target} | {' | '.join(f'{auc:.3f}' for auc in aucs)} |"
+    means = [figures_of(tracker) for tracker in trackers.values()]
+    for key in means[0]:
+        cells = [f"{each[key]:.0f}" if key == "fps" else f"{each[key]:.3f}" for each in means]
+        yield f"| **{key}** | {' | '.join(cells)} |"
+
+
+@click.command(help=__doc__)
+@click.option("--sequences", type=click.Path(exists=True, path_type=Path), required=True)
+@click.option("--json", "json_path", type=click.Path(path_type=Path), required=True)
+@click.option("--attributes", type=click.Path(exists=True, path_type=Path))
+@click.option("--trackers", default=",".join(PRESETS), show_default=True)
+@click.option("--fresh", is_flag=True, help="Run anew what is there from before.")
+def main(
+    sequences: Path, json_path: Path, attributes: Path | None, trackers: str, fresh: bool
+) -> None:
+    """Run, score, print a table and write the figures."""
+    folder = json_path.with_suffix(".evaluation")
+    names = tuple(trackers.split(","))
+    plan = Plan(sequences, folder, names, attributes=attributes, fresh=fresh)
+    for note in evaluate_trackers(plan).notes:
+        print(note)
+    found = json.loads((folder / "evaluation.json").read_bytes())["trackers"]
+    print("\n".join(table(found)))
+    bars = {name: figures_of(tracker) for name, tracker in found.items()}
+    targets = {
+        name: {target: {"auc": each["auc"], "precision": each["precision"]}
+               for target, each in tracker["ope"]["targets"].items()}
+        for name, tracker in found.items()
+    }  # fmt: skip
+    json_path.write_text(json.dumps({"bars": bars, "targets": targets}, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
