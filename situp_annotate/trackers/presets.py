@@ -144,5 +144,23 @@ PRESETS: Mapping[str, Preset] = {
         "Enable scale and aspect ratio adaptability in visual tracking with detection proposals, "
         "BMVC 2015) aims at with detection proposals",
     ),
+    "accurate": Preset(
+        TrackerParams(
+            padding=4.0,
+            window="square",
+            scale_factors=_ONE_SCALE,
+            scale_search="filter",
+            row_steps="own",
+            subcell=True,
+        ),
+        "not published: SITUP's features and filter in a wide square window, DSST's filter along "
+        "scales, and peaks between cells",
+    ),
+    "fast": Preset(
+        TrackerParams(
+            scale_factors=(1.0, 0.985, 1.015), scale_interval=2, row_steps="own", subcell=True
+        ),
+        "not published: SITUP with three scales in every other frame, and peaks between cells",
+    ),
 }
-"""By name, in the order of their years."""
+"""By name: those that were published in the order of their years, then ours."""

@@ -39,6 +39,8 @@ class TrackerParams:
     scale_criterion : {"apce", "max", "psr"}
         By which the response maps of the pool are compared: equation (13); the naive maximum, as
         SAMF does; or the peak-to-sidelobe ratio of MOSSE.
+    scale_interval : int
+        In every how many-th frame scales are searched; at least 1, which is the paper's.
     scale_search : {"pool", "filter"}
         Whether the size comes from the pool, or from a filter along scales once the place is
         known, as in DSST; the pool is then that of the place alone.
@@ -82,6 +84,7 @@ class TrackerParams:
     scale_factors: tuple[float, ...] = (1.0, 0.995, 1.005, 0.985, 0.99, 1.01, 1.015)
     scale_criterion: Literal["apce", "max", "psr"] = "apce"
     features: tuple[Literal["hog", "gray", "color"], ...] = ("hog", "gray", "color")
+    scale_interval: int = 1
     scale_search: Literal["pool", "filter"] = "pool"
     aspect_factors: tuple[float, ...] = (1.0,)
     kernel: Literal["linear", "gaussian"] = "linear"
@@ -113,6 +116,7 @@ class TrackerParams:
                 and all(0.5 <= t <= 2 for t in self.scale_factors),
                 "1 to 32 numbers from 0.5 to 2",
             ),
+            "scale_interval": (self.scale_interval >= 1, "at least 1"),
             "aspect_factors": (
                 len(self.aspect_factors) >= 1 and all(0.5 <= a <= 2 for a in self.aspect_factors),
                 "numbers from 0.5 to 2",

@@ -2,7 +2,7 @@
 
 import copy
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -52,6 +52,7 @@ class Target:
         self._keeps_all = not is_fast or 4 * scales * math.prod(shape) <= _KEPT_BYTES
         self._spectra = np.empty((scales if self._keeps_all else 1, *shape), np.float32)
         # Numbers of the windows searched last, by the steps between their samples.
+        self._updates = 0
         self._searched: dict[tuple[float, float], int] = {}
         self._scale_filter: ScaleFilter | None = None
         if params.scale_search == "filter":
@@ -72,11 +73,13 @@ class Target:
     def update(self, image: Image, shift_xy: tuple[float, float]) -> Estimate:
         """Algorithm 1 of the paper, from the better of two places when the scene has moved."""
         before = self._placement
-        found, estimate = self.locate(image)
+        self._updates += 1
+        resize = self._updates % self._params.scale_interval == 0
+        found, estimate = self.locate(image, resize=resize)
         moved = self._window.shifted(before, shift_xy)
         if self._window.is_elsewhere(moved, before):
             self._placement = moved
-            found_moved, estimate_moved = self.locate(image)
+            found_moved, estimate_moved = self.locate(image, resize=resize)
             if estimate_moved.apce > estimate.apce:
                 before, found, estimate = moved, found_moved, estimate_moved
             else:
@@ -91,12 +94,13 @@ class Target:
             self._filter.learn(self._spectra[known], self._params.learning_rate)
         return estimate
 
-    def locate(self, image: Image) -> tuple[Placement, Estimate]:
-        """Find the target, by the scale with the sharpest response."""
-        responses = self._responses(image)
+    def locate(self, image: Image, *, resize: bool = True) -> tuple[Placement, Estimate]:
+        """Find the target, by the scale with the sharpest response, or of the size it has."""
+        pool = self._params.pool if resize else (_AS_IT_IS,)
+        responses = self._responses(image, pool)
         best = int(np.argmax([self._judge(response) for response in responses]))  # equation (14)
-        found, estimate = self._estimate(self._params.pool[best], responses[best])
-        if self._scale_filter is None:
+        found, estimate = self._estimate(pool[best], responses[best])
+        if self._scale_filter is None or not resize:
             return found, estimate
         picture = self._window.prepare(image, found, (_WIDEST,))
         factor = self._scale_filter.find(picture, found[:2], found[2:])
@@ -114,7 +118,7 @@ class Target:
 
     def candidates(self, image: Image) -> tuple[Estimate, ...]:
         """Find the target at each scale of the pool."""
-        pairs = zip(self._params.pool, self._responses(image), strict=True)
+        pairs = zip(self._params.pool, self._responses(image, self._params.pool), strict=True)
         return tuple(self._estimate(factors, map_)[1] for factors, map_ in pairs)
 
     def place(self, box: BoundingBox) -> None:
@@ -133,9 +137,9 @@ class Target:
             picture = self._window.prepare(image, where, (_WIDEST,))
             self._scale_filter.learn(picture, where[:2], where[2:])
 
-    def _responses(self, image: Image) -> Real:
-        """Response map of each scale of the pool, (scales, rows, columns); equation (10)."""
-        factors, where = self._params.pool, self._placement
+    def _responses(self, image: Image, factors: Sequence[tuple[float, float]]) -> Real:
+        """Response map of each scale, (scales, rows, columns); equation (10)."""
+        where = self._placement
         picture = self._window.prepare(image, where, factors)
         # Windows are whole pixels, so that scales of a small target can have the same.
         self._searched.clear()

@@ -167,6 +167,17 @@ def test_aspect_factors_follow_what_grows_in_one_direction():
     assert found.width / found.height == pytest.approx(1.08 * 40 / 32, rel=0.01)
 
 
+def test_scales_can_be_left_alone_in_between():
+    image, box = noise(), BoundingBox(70, 50, 40, 32)
+    params = TrackerParams(scale_factors=(1.0, 1.06), scale_interval=3, row_steps="own")
+    tracker = SitupTracker(params)
+    tracker.init(image, box)
+    grown = resized(image, box, 1.06)
+    scales = [tracker.update(grown).scale for _ in range(4)]
+    assert scales == pytest.approx([1, 1, 1.06, 1.06])
+    assert tracker.locate(resized(image, box, 1.06**2)).scale == pytest.approx(1.06**2)
+
+
 def test_positions_between_cells_are_gone_on_from():
     image = noise()
     tracker = SitupTracker(TrackerParams(subcell=True, scale_factors=ONE))
@@ -180,7 +191,7 @@ def test_positions_between_cells_are_gone_on_from():
 @pytest.mark.parametrize(
     "values",
     [{"features": ("color",)}, {"features": ("gray",), "cell_size": 0}, {"kernel_sigma": 0.0},
-     {"aspect_factors": ()}, {"aspect_factors": (3.0,)},
+     {"aspect_factors": ()}, {"scale_interval": 0}, {"aspect_factors": (3.0,)},
      {"kernel": "gaussian", "filter": "ratio"}],
 )  # fmt: skip
 def test_what_does_not_go_together_is_refused(values):
