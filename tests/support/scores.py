@@ -7,11 +7,12 @@ import warnings
 import numpy as np
 
 
-def trackeval_scores(truth, results, sequence):
+def trackeval_scores(truth, results, sequence, *, preprocess=False):
     """HOTA, MOTA and IDF1 of a result, by TrackEval.
 
     Ground truth is ``truth/<sequence>/gt/gt.txt`` with ``seqinfo.ini``; the result is
-    ``results/<sequence>.txt``.
+    ``results/<sequence>.txt``. With `preprocess`, as MOT17 is scored: pedestrians only, and
+    without what finds persons on vehicles, static persons, distractors and reflections.
     """
     import trackeval
 
@@ -27,7 +28,7 @@ def trackeval_scores(truth, results, sequence):
             {**trackeval.datasets.MotChallenge2DBox.get_default_dataset_config(), **quiet,
              "GT_FOLDER": str(truth), "TRACKERS_FOLDER": str(results.parent),
              "TRACKERS_TO_EVAL": [results.name], "TRACKER_SUB_FOLDER": "",
-             "SEQ_INFO": {sequence: None}, "SKIP_SPLIT_FOL": True, "DO_PREPROC": False}
+             "SEQ_INFO": {sequence: None}, "SKIP_SPLIT_FOL": True, "DO_PREPROC": preprocess}
         )  # fmt: skip
         kinds = (trackeval.metrics.HOTA, trackeval.metrics.CLEAR, trackeval.metrics.Identity)
         found, _ = evaluator.evaluate([dataset], [kind() for kind in kinds])

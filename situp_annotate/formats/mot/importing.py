@@ -26,7 +26,7 @@ from situp_annotate.formats.zipped import (
 )
 from situp_annotate.types import Keyframe, Track
 
-__all__ = ["read_mot_seeds", "recognizes_mot"]
+__all__ = ["read_mot_seeds", "recognizes_mot", "sequence_name"]
 
 _ZIPPED = "gt/gt.txt"
 _COLUMN_COUNTS = (7, 9, 10)
@@ -89,7 +89,7 @@ def recognizes_mot(path: Path, head: bytes) -> bool:
 # ---- the file and what stands around it ----------------------------------------------------
 
 
-def _sequence_name(path: Path, file: Readable) -> str:
+def sequence_name(path: Path, file: Readable) -> str:
     """Name a sequence after its folder in MOTChallenge's layout, else after the file."""
     if isinstance(file, Path) and file.parent.name == file.stem and file.stem in ("gt", "det"):
         return path.absolute().parent.parent.name
@@ -120,7 +120,7 @@ def _read(path: Path, hints: ImportHints) -> _Sequence:
         if ignored := len(rows) - len(used):
             notes.append(f"Rows left out because their flag is 0, to be ignored: {ignored}.")
         return _Sequence(
-            name=_sequence_name(path, file),
+            name=sequence_name(path, file),
             rows=sorted(used, key=lambda row: row.frame),
             labels={**_labels(beside(file, "labels.txt")), **hints.labels},
             frame_count=_frame_count(beside(file, "../seqinfo.ini")),
