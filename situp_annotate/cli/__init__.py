@@ -17,6 +17,7 @@ from situp_annotate.cli.overlay import overlay
 from situp_annotate.cli.recover import recover
 from situp_annotate.cli.run import run
 from situp_annotate.cli.schema import schema
+from situp_annotate.cli.score import score
 from situp_annotate.cli.status import status
 from situp_annotate.cli.thin import thin
 
@@ -52,7 +53,7 @@ def cli() -> None:
 for _command in (
     *(init, import_, check, inspect, run, status, merge),
     *(overlay, contact_sheet, excerpt),
-    *(export, thin, recover, effort, evaluate, schema),
+    *(export, thin, recover, effort, evaluate, score, schema),
 ):
     cli.add_command(_command)
 
