@@ -44,7 +44,7 @@ _SAMPLED = ("both", "linear")
 """Methods that leave samples: all kinds of boxes come about in one or the other."""
 
 _SIMULATING = (
-    *("contenders", "effort", "jitter", "metrics", "mil", "picks", "prefixes", "samples"),
+    *("contenders", "effort", "jitter", "metrics", "picks", "prefixes", "samples"),
     "track_quality",
 )
 """Modules beside this one that shape figures."""
@@ -128,7 +128,7 @@ def _samples_path(parts: Path, target: str, method: str) -> Path:
 def _code_digest() -> str:
     """Hash of the modules and tables that figures depend on; versions change less often."""
     package = Path(situp_annotate.__file__).parent
-    folders = [package / name for name in ("propagation", "tracking")]
+    folders = [package / name for name in ("propagation", "trackers", "tracking")]
     paths = [p for folder in folders for p in sorted(folder.iterdir()) if p.is_file()]
     paths += [package / "evaluation" / f"{name}.py" for name in _SIMULATING]
     return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
