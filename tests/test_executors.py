@@ -24,6 +24,7 @@ from support.calls import (
     square,
 )
 
+from situp_annotate.batch import annotate_batch
 from situp_annotate.errors import (
     VideoStalledError,
     VideoTimeoutError,
@@ -177,7 +178,9 @@ def test_nothing_is_left_of_a_parent_that_is_killed(tmp_path, short_folder):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only there processes are forked by another")
-def test_the_next_run_removes_what_one_that_was_killed_whole_has_left(tmp_path, short_folder):
+def test_the_next_run_removes_what_one_that_was_killed_whole_has_left(
+    tmp_path, short_folder, monkeypatch
+):
     places = {"PYTHONPATH": str(Path(calls.__file__).parents[1]), "TMPDIR": str(short_folder)}
     code = (
         "import os, signal\nfrom situp_annotate.executors import ProcessExecutor\n"
@@ -185,13 +188,10 @@ def test_the_next_run_removes_what_one_that_was_killed_whole_has_left(tmp_path, 
         "os.kill(_forkserver._forkserver_pid, signal.SIGKILL)\nos.kill(os.getpid(), signal.SIGKILL)"
     )
     subprocess.run([sys.executable, "-c", code], env=os.environ | places, check=False)
-    (left,) = short_folder.iterdir()
-    parent = report_pid(tmp_path / "pid", short_folder)
-    wait_for_pid(tmp_path / "pid", parent)
-    assert not left.exists()
     assert len([*short_folder.iterdir()]) == 1
-    parent.kill()
-    parent.wait()
+    monkeypatch.setattr(tempfile, "tempdir", str(short_folder))
+    annotate_batch([], tmp_path / "out")
+    assert list(short_folder.iterdir()) == []
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sockets that have a path")

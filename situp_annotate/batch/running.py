@@ -14,7 +14,13 @@ from situp_annotate.batch.scheduling import Scheduler
 from situp_annotate.batch.sizing import core_count, expected_work, workers_for_memory
 from situp_annotate.batch.state import RunState, Shard
 from situp_annotate.batch.worker import WorkOptions
-from situp_annotate.executors import CallLimits, ProcessExecutor, SerialExecutor, VideoExecutor
+from situp_annotate.executors import (
+    CallLimits,
+    ProcessExecutor,
+    SerialExecutor,
+    VideoExecutor,
+    remove_abandoned_folders,
+)
 from situp_annotate.formats.disk import writing_to
 from situp_annotate.formats.staging import recover_staging
 from situp_annotate.progress import BatchProgress
@@ -238,6 +244,7 @@ def _prepare(
     """Tidy up after earlier runs, and find out which videos to do; the longest first."""
     if state.shard is None:
         state.forget_shards()
+    remove_abandoned_folders()
     recover_staging(state.output, {BATCH_FILE, REPORT_FILE, *(job.id for job in jobs)})
     logs = state.output / LOG_FOLDER
     with writing_to(logs):

@@ -8,6 +8,7 @@ from situp_annotate.executors.isolation import CallLimits
 from situp_annotate.executors.process import ProcessExecutor
 from situp_annotate.executors.serial import SerialExecutor
 from situp_annotate.executors.serving import is_isolated, report_frames
+from situp_annotate.executors.socket_folder import remove_abandoned_folders
 
 __all__ = [
     "CallLimits",
@@ -15,5 +16,6 @@ __all__ = [
     "SerialExecutor",
     "VideoExecutor",
     "is_isolated",
+    "remove_abandoned_folders",
     "report_frames",
 ]

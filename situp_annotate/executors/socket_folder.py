@@ -11,7 +11,7 @@ from pathlib import Path
 
 import psutil
 
-__all__ = ["settle_socket_folder"]
+__all__ = ["remove_abandoned_folders", "settle_socket_folder"]
 
 _LONGEST = 56
 """Bytes that leave room for names in a socket's path, which may have 107."""
@@ -25,24 +25,25 @@ def _prefix() -> str:
     return f"situp-{hashlib.sha256(platform.node().encode()).hexdigest()[:8]}-"
 
 
-def _remove_abandoned(base: Path) -> None:
+def _base() -> Path:
+    """The usual temporary folder unless a socket's path would become too long there."""
+    base = Path(tempfile.gettempdir())
+    return base if len(os.fsencode(base)) <= _LONGEST else _SHORT
+
+
+def remove_abandoned_folders() -> None:
     """Remove folders of processes that were killed before anything could tidy up after them."""
-    for folder in base.glob(f"{_prefix()}*"):
+    for folder in _base().glob(f"{_prefix()}*"):
         owner = folder.name.removeprefix(_prefix()).partition("-")[0]
         if owner.isdecimal() and not psutil.pid_exists(int(owner)):
             shutil.rmtree(folder, ignore_errors=True)
 
 
 def settle_socket_folder() -> None:
-    """Let `multiprocessing` keep its socket in a folder whose owner can be told by its name.
-
-    It lies in the usual temporary folder unless a socket's path would become too long there.
-    """
+    """Let `multiprocessing` keep its socket in a folder whose owner can be told by its name."""
     config = current_process()._config  # type: ignore[attr-defined]
     if config.get("tempdir") is not None:
         return
-    base = Path(tempfile.gettempdir())
-    base = base if len(os.fsencode(base)) <= _LONGEST else _SHORT
-    _remove_abandoned(base)
-    folder = config["tempdir"] = tempfile.mkdtemp(prefix=f"{_prefix()}{os.getpid()}-", dir=base)
+    prefix = f"{_prefix()}{os.getpid()}-"
+    folder = config["tempdir"] = tempfile.mkdtemp(prefix=prefix, dir=_base())
     Finalize(None, shutil.rmtree, (folder, True), exitpriority=_LATE)
