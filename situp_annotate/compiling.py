@@ -14,7 +14,7 @@ import numba
 import numpy as np
 from filelock import FileLock
 
-from situp_annotate.tracking import SitupTracker, hog
+from situp_annotate.tracking import SitupTracker, TrackerParams, hog
 from situp_annotate.types import BoundingBox
 
 __all__ = ["compile_kernels", "kernels_are_compiled", "load_kernels"]
@@ -59,6 +59,7 @@ def load_kernels() -> None:
 def _call_all() -> None:
     for image in (np.zeros((64, 64, 3), np.uint8), np.zeros((64, 64), np.uint8)):
         for side in (16, 120):  # at full and at half size
-            tracker = SitupTracker()
-            tracker.init(image, BoundingBox(0, 0, side, side))
-            tracker.update(image)
+            for search in ("pool", "filter"):
+                tracker = SitupTracker(TrackerParams(scale_search=search))
+                tracker.init(image, BoundingBox(0, 0, side, side))
+                tracker.update(image)

@@ -9,6 +9,8 @@ from select import select
 import pytest
 from support.corpus import cases
 
+from situp_annotate.compiling import compile_kernels
+
 CASES = {case.name: case for case in cases()}
 PATIENCE_S = 60
 MOST_KB = 600_000
@@ -53,6 +55,7 @@ class Trials:
 
 @pytest.fixture(scope="module")
 def trials():
+    compile_kernels()  # so that no video waits for that
     trials = Trials()
     yield trials
     trials.stop()

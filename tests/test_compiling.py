@@ -13,7 +13,7 @@ def trackers(monkeypatch, tmp_path):
     made = []
 
     class Counted:
-        def __init__(self):
+        def __init__(self, params):
             made.append(self)
 
         def init(self, image, box):
