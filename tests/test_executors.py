@@ -55,30 +55,29 @@ def test_results_and_exceptions_come_through_futures(executor):
         executor.submit(fail).result()
 
 
-def test_short_calls_share_a_process():
-    with ProcessExecutor(1) as executor:
+def test_short_calls_may_share_a_process():
+    with ProcessExecutor(1, shared_for_s=60) as executor:
         futures = [executor.submit(pid_of) for _ in range(4)]
         pid = futures[0].result()
         assert [future.result() for future in futures] == [pid] * 4 != [os.getpid()] * 4
     assert not psutil.pid_exists(pid)
 
 
-def test_a_process_that_is_not_young_gets_no_further_call(monkeypatch):
-    monkeypatch.setattr("situp_annotate.executors.process._YOUNG_S", 0)
+def test_each_call_has_a_process_of_its_own():
     with ProcessExecutor(2) as executor:
         futures = [executor.submit(pid_of) for _ in range(4)]
     assert len({os.getpid(), *(future.result() for future in futures)}) == 5
 
 
 def test_a_call_does_not_suffer_from_what_an_earlier_one_has_done(tmp_path):
-    with ProcessExecutor(1) as executor:
+    with ProcessExecutor(1, shared_for_s=60) as executor:
         futures = [executor.submit(calls.crash_unless_first, tmp_path / "0") for _ in range(3)]
         pids = [future.result() for future in futures]
     assert len({*pids}) == 3  # each but the first is made again in a process that is fresh
 
 
 def test_an_idle_process_may_be_killed():
-    with ProcessExecutor(1) as executor:
+    with ProcessExecutor(1, shared_for_s=60) as executor:
         os.kill(executor.submit(pid_of).result(), signal.SIGKILL)
         assert executor.submit(square, 3).result() == 9
 

@@ -31,6 +31,8 @@ from situp_annotate.types import VideoJob
 __all__ = ["annotate_batch", "planned_batch"]
 
 _WARM = ("situp_annotate.batch.warm",)
+_YOUNG_S = 10.0
+"""Age of a process beyond which a fresh one costs next to nothing against what it has done."""
 _MENTION_S = 1.0
 
 
@@ -41,7 +43,7 @@ def _make_executor(
         return executor
     if executor == "serial":
         return SerialExecutor()
-    return ProcessExecutor(workers, limits, _WARM)
+    return ProcessExecutor(workers, limits, _WARM, shared_for_s=_YOUNG_S)
 
 
 class _Teller:

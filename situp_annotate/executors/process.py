@@ -16,9 +16,6 @@ __all__ = ["ProcessExecutor"]
 
 T = TypeVar("T")
 
-_YOUNG_S = 10.0
-"""Beyond this, a fresh process costs next to nothing against what it replaces."""
-
 
 @dataclass(slots=True)
 class _Call:
@@ -32,10 +29,9 @@ class _Call:
 class ProcessExecutor(VideoExecutor):
     """Runs each call in a process, a limited number at a time.
 
-    A process makes calls until it is ten seconds old, so that many short ones do not each wait for
-    a start, and long ones each have a fresh one. One that dies or is stopped takes no other call
-    with it, as the standard library's pool would: a call that was not the first of its process is
-    made again in a fresh one, for an earlier one may be to blame.
+    Each call has a fresh process, unless short ones may share. A process that dies or is stopped
+    takes no other call with it, as one of the standard library's pool would: a call that was not
+    the first of its process is made again in a fresh one, for an earlier one may be to blame.
 
     Parameters
     ----------
@@ -45,12 +41,21 @@ class ProcessExecutor(VideoExecutor):
         When a call is given up.
     preload : sequence of str
         Modules that processes need, imported once where processes are forked.
+    shared_for_s : float
+        Seconds from its start in which a process takes further calls, so that many short ones do
+        not each wait for a start.
     """
 
     def __init__(
-        self, workers: int, limits: CallLimits | None = None, preload: Sequence[str] = ()
+        self,
+        workers: int,
+        limits: CallLimits | None = None,
+        preload: Sequence[str] = (),
+        *,
+        shared_for_s: float = 0.0,
     ) -> None:
         self.capacity = workers
+        self._shared_for_s = shared_for_s
         self._limits = limits or CallLimits()
         self._stopped = threading.Event()
         self._calls: dict[Future[Any], _Call] = {}
@@ -105,7 +110,7 @@ class ProcessExecutor(VideoExecutor):
         return IsolatedProcess()
 
     def _give_back(self, process: IsolatedProcess) -> None:
-        if process.is_alive and process.age_s < _YOUNG_S:
+        if process.is_alive and process.age_s < self._shared_for_s:
             self._idle.append(process)
         else:
             process.end()

@@ -52,8 +52,8 @@ class Target:
         self._keeps_all = not is_fast or 4 * scales * math.prod(shape) <= _KEPT_BYTES
         self._spectra = np.empty((scales if self._keeps_all else 1, *shape), np.float32)
         # Numbers of the windows searched last, by the steps between their samples.
-        self._updates = 0
         self._searched: dict[tuple[float, float], int] = {}
+        self._updates = 0
         self._scale_filter: ScaleFilter | None = None
         if params.scale_search == "filter":
             channels = 1 if image.ndim == 2 else image.shape[2]
