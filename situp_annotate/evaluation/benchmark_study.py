@@ -1,30 +1,26 @@
 """Trackers × targets × protocols in processes; what is finished is kept."""
 
 import hashlib
-import json
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 
-import cv2
 from pydantic import TypeAdapter, ValidationError
 
-import situp_annotate
-from situp_annotate.compiling import compile_kernels, load_kernels
+from situp_annotate.compiling import load_kernels
 from situp_annotate.errors import SitupError
 from situp_annotate.evaluation.benchmark import Target
+from situp_annotate.evaluation.studies import carry_out, code_digest, part_key
 from situp_annotate.evaluation.tracker_runs import Run, run_target
-from situp_annotate.executors import ProcessExecutor
 from situp_annotate.formats.staging import write_whole
 from situp_annotate.trackers import folder_name, make_tracker, model_files
-from situp_annotate.video.image_folder import list_images
 
 __all__ = ["Part", "PartName", "run_benchmark"]
 
+_PACKAGES = ("trackers", "tracking")
 _RUNNING = ("otb_frames", "robustness", "tracker_runs")
-"""Modules beside this one that boxes depend on."""
+"""Packages, and modules beside this one, that boxes depend on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,31 +67,15 @@ class _Task:
 
     def key(self) -> str:
         assert self.target.folder is not None, "checked before anything is run"
-        images = [(path.name, path.stat().st_size) for path in list_images(self.target.folder)]
         models = [_file_digest(path) for path in model_files(self.name.tracker)]
-        state = [situp_annotate.__version__, _code_digest(), self.name.tracker, self.name.protocol]
-        text = json.dumps([*state, models, images, self.target.truth.tolist()])
-        return hashlib.sha256(text.encode()).hexdigest()
+        state = (code_digest(_PACKAGES, _RUNNING), self.name.tracker, self.name.protocol, models)
+        return part_key(self.target.folder, self.target.truth, *state)
 
 
 @cache
 def _file_digest(path: Path) -> str:
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-@cache
-def _code_digest() -> str:
-    """Hash of the trackers' code, with their settings, and of what runs them."""
-    package = Path(situp_annotate.__file__).parent
-    paths = [
-        path
-        for name in ("trackers", "tracking")
-        for path in sorted((package / name).rglob("*"))
-        if path.is_file() and "__pycache__" not in path.parts
-    ]
-    paths += [package / "evaluation" / f"{name}.py" for name in _RUNNING]
-    return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
 
 
 def run_benchmark(
@@ -133,33 +113,17 @@ def run_benchmark(
     by_name = {target.name: target for target in targets}
     tasks = [_Task(name, by_name[name.target], parts, fresh) for name in names]
     found: dict[PartName, Part] = {}
-    for name, part, was_there in _carry_out(tasks, workers):
+    work = _finish if workers is None else _finish_alone
+    done = carry_out(work, tasks, lambda task: len(task.target.truth), workers)
+    for name, part, was_there in done:
         found[name] = part
         if on_part is not None:
             on_part(was_there)
     return {name: found[name] for name in names}
 
 
-def _carry_out(
-    tasks: Sequence[_Task], workers: int | None
-) -> Iterator[tuple[PartName, Part, bool]]:
-    if workers is None:
-        yield from map(_finish, tasks)
-        return
-    compile_kernels()
-    pool = ProcessExecutor(workers, preload=[__name__])
-    try:
-        # The longest first, so that no worker is left alone with one at the end.
-        ordered = sorted(tasks, key=lambda task: -len(task.target.truth))
-        for future in as_completed([pool.submit(_finish_alone, task) for task in ordered]):
-            yield future.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
 def _finish_alone(task: _Task) -> tuple[PartName, Part, bool]:
-    """What a worker does: it has one core."""
-    cv2.setNumThreads(1)
+    """What a worker does."""
     load_kernels()  # loading them is no part of a tracker's speed
     return _finish(task)
 

@@ -1,18 +1,11 @@
 """The simulated annotator over all targets and methods, in processes, one a target; resumable."""
 
-import hashlib
-import json
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
-import cv2
 from pydantic import TypeAdapter, ValidationError
 
-import situp_annotate
-from situp_annotate.compiling import compile_kernels
 from situp_annotate.evaluation.contenders import CONTENDERS, Contender
 from situp_annotate.evaluation.datasets import OtbSequence, OtbTarget
 from situp_annotate.evaluation.effort import (
@@ -27,12 +20,11 @@ from situp_annotate.evaluation.jitter import jitter
 from situp_annotate.evaluation.picks import PICKS, Situation
 from situp_annotate.evaluation.prefixes import PrefixCache
 from situp_annotate.evaluation.samples import SampleCollector, Samples
+from situp_annotate.evaluation.studies import carry_out, code_digest, part_key
 from situp_annotate.evaluation.track_quality import TrackQuality, judge_track
-from situp_annotate.executors import ProcessExecutor
 from situp_annotate.formats.staging import write_whole
 from situp_annotate.propagation import PassCache
 from situp_annotate.video import open_video
-from situp_annotate.video.image_folder import list_images
 
 __all__ = ["JITTERED", "MethodResult", "Settings", "TargetResult", "load_samples", "run_study"]
 
@@ -43,11 +35,12 @@ _OURS = "both"
 _SAMPLED = ("both", "linear")
 """Methods that leave samples: all kinds of boxes come about in one or the other."""
 
+_PACKAGES = ("propagation", "trackers", "tracking")
 _SIMULATING = (
     *("contenders", "effort", "jitter", "metrics", "picks", "prefixes", "samples"),
     "track_quality",
 )
-"""Modules beside this one that shape figures."""
+"""Packages, and modules beside this one, that shape figures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,24 +107,12 @@ class _Task:
         return _samples_path(self.parts, self.target.name, method)
 
     def key(self, method: str) -> str:
-        images = [(path.name, path.stat().st_size) for path in list_images(self.folder)]
-        state = [situp_annotate.__version__, _code_digest(), method, self.settings.most_boxes]
-        text = json.dumps([*state, images, self.target.truth.tolist()])
-        return hashlib.sha256(text.encode()).hexdigest()
+        code = code_digest(_PACKAGES, _SIMULATING)
+        return part_key(self.folder, self.target.truth, code, method, self.settings.most_boxes)
 
 
 def _samples_path(parts: Path, target: str, method: str) -> Path:
     return parts / f"{target}.{method}.samples.npz"
-
-
-@cache
-def _code_digest() -> str:
-    """Hash of the modules and tables that figures depend on; versions change less often."""
-    package = Path(situp_annotate.__file__).parent
-    folders = [package / name for name in ("propagation", "trackers", "tracking")]
-    paths = [p for folder in folders for p in sorted(folder.iterdir()) if p.is_file()]
-    paths += [package / "evaluation" / f"{name}.py" for name in _SIMULATING]
-    return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
 
 
 def run_study(
@@ -176,32 +157,11 @@ def run_study(
         for target in sequence.targets
     ]
     results: dict[str, TargetResult] = {}
-    for result in _carry_out(tasks, workers):
+    for result in carry_out(_simulate_target, tasks, lambda task: len(task.target.truth), workers):
         results[result.name] = result
         if on_target is not None:
             on_target(result)
     return [results[task.target.name] for task in tasks]
-
-
-def _carry_out(tasks: Sequence[_Task], workers: int | None) -> Iterator[TargetResult]:
-    if workers is None:
-        yield from map(_simulate_target, tasks)
-        return
-    compile_kernels()
-    pool = ProcessExecutor(workers, preload=[__name__])
-    try:
-        # The longest first, so that no worker is left alone with one at the end.
-        ordered = sorted(tasks, key=lambda task: -len(task.target.truth))
-        for future in as_completed([pool.submit(_simulate_alone, task) for task in ordered]):
-            yield future.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _simulate_alone(task: _Task) -> TargetResult:
-    """What a worker does: it has one core."""
-    cv2.setNumThreads(1)
-    return _simulate_target(task)
 
 
 def _simulate_target(task: _Task) -> TargetResult:
