@@ -5,7 +5,7 @@ more than this, or something else, its note says so.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from situp_annotate.tracking import TrackerParams
 
@@ -35,54 +35,59 @@ class Preset:
     note: str = ""
 
 
+_RAW = TrackerParams(
+    features=("gray",),
+    cell_size=1,
+    padding=2.0,
+    label_sigma=1 / 16,
+    regularization=0.01,
+    scale_factors=_ONE_SCALE,
+    halve_above=_NEVER,
+)
+"""What the trackers on raw pixels have in common."""
+
+_KCF = TrackerParams(
+    features=("hog",),
+    kernel="gaussian",
+    kernel_sigma=0.5,
+    regularization=1e-4,
+    learning_rate=0.02,
+    scale_factors=_ONE_SCALE,
+)
+
+_DSST = TrackerParams(
+    features=("hog", "gray"),
+    cell_size=2,
+    filter="ratio",
+    padding=2.0,
+    label_sigma=1 / 16,
+    regularization=0.01,
+    learning_rate=0.025,
+    scale_factors=_ONE_SCALE,
+    scale_search="filter",
+    row_steps="own",
+    subcell=True,
+    halve_above=_NEVER,
+)
+
 PRESETS: Mapping[str, Preset] = {
     "mosse": Preset(
-        TrackerParams(
-            features=("gray",),
-            cell_size=1,
-            filter="ratio",
-            padding=2.0,
-            label_sigma=1 / 16,
-            regularization=0.01,
-            learning_rate=0.125,
-            scale_factors=_ONE_SCALE,
-            halve_above=_NEVER,
-        ),
+        replace(_RAW, filter="ratio", learning_rate=0.125),
         "D. S. Bolme et al., Visual object tracking using adaptive correlation filters, CVPR 2010",
         "without the logarithm, the warped copies of the first window and the stop at low PSR",
     ),
     "csk": Preset(
-        TrackerParams(
-            features=("gray",),
-            cell_size=1,
-            kernel="gaussian",
-            kernel_sigma=0.2,
-            padding=2.0,
-            label_sigma=1 / 16,
-            regularization=0.01,
-            learning_rate=0.075,
-            scale_factors=_ONE_SCALE,
-            halve_above=_NEVER,
-        ),
+        replace(_RAW, kernel="gaussian", kernel_sigma=0.2, learning_rate=0.075),
         "J. F. Henriques et al., Exploiting the circulant structure of tracking-by-detection with "
         "kernels, ECCV 2012",
     ),
     "kcf": Preset(
-        TrackerParams(
-            features=("hog",),
-            kernel="gaussian",
-            kernel_sigma=0.5,
-            regularization=1e-4,
-            learning_rate=0.02,
-            scale_factors=_ONE_SCALE,
-        ),
+        _KCF,
         "J. F. Henriques et al., High-speed tracking with kernelized correlation filters, PAMI "
         "2015",
     ),
     "dcf": Preset(
-        TrackerParams(
-            features=("hog",), regularization=1e-4, learning_rate=0.02, scale_factors=_ONE_SCALE
-        ),
+        replace(_KCF, kernel="linear"),
         "J. F. Henriques et al., High-speed tracking with kernelized correlation filters, PAMI "
         "2015: its linear kernel",
     ),
@@ -99,36 +104,12 @@ PRESETS: Mapping[str, Preset] = {
         "integration, ECCV workshops 2014",
     ),
     "dsst": Preset(
-        TrackerParams(
-            features=("hog", "gray"),
-            cell_size=2,
-            filter="ratio",
-            padding=2.0,
-            label_sigma=1 / 16,
-            regularization=0.01,
-            learning_rate=0.025,
-            scale_factors=_ONE_SCALE,
-            scale_search="filter",
-            row_steps="own",
-            subcell=True,
-            halve_above=_NEVER,
-        ),
+        _DSST,
         "M. Danelljan et al., Accurate scale estimation for robust visual tracking, BMVC 2014",
         "cells of two pixels where the original has HOG at every pixel",
     ),
     "fdsst": Preset(
-        TrackerParams(
-            features=("hog", "gray"),
-            filter="ratio",
-            padding=3.0,
-            label_sigma=1 / 16,
-            regularization=0.01,
-            learning_rate=0.025,
-            scale_factors=_ONE_SCALE,
-            scale_search="filter",
-            row_steps="own",
-            subcell=True,
-        ),
+        replace(_DSST, cell_size=4, padding=3.0, halve_above=100.0),
         "M. Danelljan et al., Discriminative scale space tracking, PAMI 2017",
         "peaks between cells by parabolas instead of trigonometric interpolation; all channels and "
         "all 33 scales instead of principal components and 17, which the original has for speed",
