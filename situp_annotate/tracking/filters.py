@@ -1,6 +1,6 @@
-"""The filters of SITUP's relatives: with a Gaussian kernel, and with averaged fractions.
+"""The filters of SITUP's relatives: Gaussian kernels, averaged fractions, limited support.
 
-Spectra are as in :mod:`situp_annotate.tracking.correlation`. Both are written for clarity; the
+Spectra are as in :mod:`situp_annotate.tracking.correlation`. All are written for clarity; the
 linear kernel, which SITUP needs, has its own fast path there.
 """
 
@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy import fft
 
-from situp_annotate.tracking.correlation import CorrelationFilter, correlate
+from situp_annotate.tracking.correlation import CorrelationFilter, Model, correlate
 from situp_annotate.tracking.params import TrackerParams
 
-__all__ = ["Filter", "GaussianFilter", "RatioFilter", "make_filter"]
+__all__ = ["BackgroundAwareFilter", "Filter", "GaussianFilter", "RatioFilter", "make_filter"]
 
 Real = npt.NDArray[np.float32]
 Complex = npt.NDArray[np.complex64]
@@ -143,15 +143,105 @@ class RatioFilter:
         return responses
 
 
-Filter = CorrelationFilter | GaussianFilter | RatioFilter
+class BackgroundAwareFilter:
+    """Correlation filter that is zero beyond the target and its surroundings.
+
+    So it can learn from windows far larger than the target, in which the background has really
+    shifted instead of wrapped around. The features are averaged over frames; the filter for their
+    average is found by the alternating direction method of multipliers (ADMM).
+
+    Parameters
+    ----------
+    labels, spectrum_shape
+        As of `CorrelationFilter`.
+    support_hw : tuple of float
+        Height and width in cells, around the window's middle, beyond which the filter is zero.
+
+    Attributes
+    ----------
+    model : Model
+        For :func:`situp_annotate.tracking.correlation.respond`: the filter takes the template's
+        place. Zeros at first.
+
+    References
+    ----------
+    H. Kiani Galoogahi et al., Learning background-aware correlation filters for visual tracking,
+    ICCV 2017 (BACF). Two iterations and their penalties are those of the authors' published
+    settings; their ridge term, which is far smaller, is left out.
+    """
+
+    _PENALTIES = (1.0, 10.0)
+
+    def __init__(
+        self, labels: Real, spectrum_shape: tuple[int, ...], support_hw: tuple[float, float]
+    ) -> None:
+        self._grid_hw = labels.shape
+        self._labels_f: Complex = fft.rfft2(labels)
+        self._support = np.outer(
+            *(_inside(size, extent) for size, extent in zip(labels.shape, support_hw, strict=True))
+        )[:, :, np.newaxis]
+        self._average_f: Complex | None = None
+        ones = np.ones_like(self._labels_f)
+        self.model = Model(ones, np.zeros(spectrum_shape, np.float32), np.float32(1))
+
+    def copy(self) -> "BackgroundAwareFilter":
+        """A filter that has learnt the same and goes on learning by itself."""
+        return copy.deepcopy(self)
+
+    def learn(self, x_f: Real, rate: float) -> None:
+        """Update the model with the spectrum of a window; the first time it is all of it."""
+        new_f = x_f[:, 0] + np.complex64(1j) * x_f[:, 1]
+        if self._average_f is None:
+            self._average_f = new_f
+        else:
+            self._average_f += np.float32(rate) * (new_f - self._average_f)
+        filter_f = self._solved(self._average_f)
+        self.model.template_f[:, 0], self.model.template_f[:, 1] = filter_f.real, filter_f.imag
+
+    def _solved(self, x_f: Complex) -> Complex:
+        """Filter for features with this spectrum; both (rows, columns // 2 + 1, channels)."""
+        wanted_f = x_f * self._labels_f[:, :, np.newaxis].conj()
+        energy = (x_f.real**2 + x_f.imag**2).sum(axis=2, keepdims=True)
+        filter_f = multiplier_f = np.zeros_like(x_f)
+        for penalty in self._PENALTIES:
+            weight = np.float32(penalty * self._support.size)
+            target_f = wanted_f + weight * (filter_f - multiplier_f)
+            # A matrix of rank one and a diagonal: Sherman and Morrison's formula inverts it.
+            along_f = np.einsum("ijk,ijk->ij", x_f.conj(), target_f)[:, :, np.newaxis]
+            free_f = (target_f - x_f * (along_f / (weight + energy))) / weight + multiplier_f
+            free = fft.irfft2(free_f, s=self._grid_hw, axes=(0, 1))
+            filter_f = fft.rfft2(free * self._support, axes=(0, 1))
+            multiplier_f = free_f - filter_f
+        return filter_f
+
+
+def _inside(size: int, extent: float) -> Real:
+    """Which of a window's cells are within an extent around its middle: 1 or 0."""
+    middle = size / 2 - 0.6  # HOG's cells begin there where windows are sampled
+    inside = np.abs(np.arange(size) - middle) <= max(extent / 2, 1)
+    return np.where(inside, np.float32(1), np.float32(0))
+
+
+Filter = CorrelationFilter | GaussianFilter | RatioFilter | BackgroundAwareFilter
 
 
 def make_filter(
-    labels: Real, spectrum_shape: tuple[int, ...], elements: int, params: TrackerParams
+    labels: Real,
+    spectrum_shape: tuple[int, ...],
+    elements: int,
+    target_hw: tuple[float, float],
+    params: TrackerParams,
 ) -> Filter:
-    """The filter that the parameters ask for; for the others see `CorrelationFilter`."""
-    if params.filter == "ratio":
-        return RatioFilter(labels, spectrum_shape, params.regularization)
+    """The filter that the parameters ask for; for the others see `CorrelationFilter`.
+
+    ``target_hw`` is the target's size in cells.
+    """
+    match params.filter:
+        case "ratio":
+            return RatioFilter(labels, spectrum_shape, params.regularization)
+        case "background":
+            height, width = (params.support * size for size in target_hw)
+            return BackgroundAwareFilter(labels, spectrum_shape, (height, width))
     if params.kernel == "gaussian":
         return GaussianFilter(
             labels, spectrum_shape, elements, params.regularization, params.kernel_sigma

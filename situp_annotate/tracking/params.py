@@ -20,6 +20,9 @@ class TrackerParams:
         what is added, which makes 2.5; the authors' code has both forms.
     window : {"target", "square"}
         Whether the search window has the target's shape, or is a square of the same area.
+    template_side : tuple of float
+        Least and largest side (square root of the area, pixels) that the template may have; windows
+        are brought to it. Not in the paper, which leaves them as they are.
     cell_size : int
         Side of a feature cell in pixels of the window; at least 2, or 1 without HOG. Not in the
         paper; 4 in the authors' code, which also moves by whole cells.
@@ -53,9 +56,13 @@ class TrackerParams:
         Of the ridge regression. §III-B: linear, as in DCF; Gaussian as in KCF.
     kernel_sigma : float
         Standard deviation of the Gaussian kernel; greater than 0.
-    filter : {"dual", "ratio"}
-        Whether the dual coefficients and the template are averaged over frames, equation (11),
-        or, with a linear kernel, numerator and denominator of the filter, as MOSSE and DSST do.
+    filter : {"dual", "ratio", "background"}
+        Whether the dual coefficients and the template are averaged over frames, equation (11);
+        or, with a linear kernel, numerator and denominator of the filter, as MOSSE and DSST do; or
+        the features, for which then a filter is found that is zero beyond the target, as in BACF.
+    support : float
+        Height and width over the target's within which the background-aware filter may differ from
+        zero; greater than 0.
     row_steps : {"product", "own"}
         How far apart rows of the window are sampled: by the product of both axes' ratios, as the
         authors' code does, or by their own, so that a target that grows keeps its shape.
@@ -77,6 +84,7 @@ class TrackerParams:
 
     padding: float = 2.5
     window: Literal["target", "square"] = "target"
+    template_side: tuple[float, float] = (0.0, 1e9)
     cell_size: int = 4
     label_sigma: float = 0.1
     regularization: float = 3e-4
@@ -89,7 +97,8 @@ class TrackerParams:
     aspect_factors: tuple[float, ...] = (1.0,)
     kernel: Literal["linear", "gaussian"] = "linear"
     kernel_sigma: float = 0.5
-    filter: Literal["dual", "ratio"] = "dual"
+    filter: Literal["dual", "ratio", "background"] = "dual"
+    support: float = 1.0
     row_steps: Literal["product", "own"] = "product"
     subcell: bool = False
     halve_above: float = 100.0
@@ -108,6 +117,11 @@ class TrackerParams:
                 self.filter == "dual" or self.kernel == "linear",
                 "dual for a Gaussian kernel",
             ),
+            "template_side": (
+                0 <= self.template_side[0] <= self.template_side[1] > 0,
+                "two numbers from 0, the second greater than 0 and not below the first",
+            ),
+            "support": (self.support > 0, "greater than 0"),
             "label_sigma": (self.label_sigma > 0, "greater than 0"),
             "regularization": (self.regularization > 0, "greater than 0"),
             "learning_rate": (0 <= self.learning_rate <= 1, "from 0 to 1"),

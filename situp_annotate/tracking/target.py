@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from situp_annotate.tracking.correlation import CorrelationFilter, Model, gaussian_labels
 from situp_annotate.tracking.estimate import Estimate
-from situp_annotate.tracking.filters import make_filter
+from situp_annotate.tracking.filters import BackgroundAwareFilter, make_filter
 from situp_annotate.tracking.params import TrackerParams
 from situp_annotate.tracking.response import apce, find_peak, psr
 from situp_annotate.tracking.scale_filter import ScaleFilter
@@ -20,6 +20,9 @@ from situp_annotate.types import BoundingBox, Image
 __all__ = ["Target"]
 
 Real = npt.NDArray[np.float32]
+
+_FUSED = (CorrelationFilter, BackgroundAwareFilter)
+"""Filters with a model, that need one call for all scales."""
 
 _KEPT_BYTES = 2**20
 
@@ -41,15 +44,15 @@ class Target:
         self.shape = image.shape
         self._window = SearchWindow(image.shape, box, params)
         self._placement = self._window.first
-        sigma = params.label_sigma * math.sqrt(self._placement.height * self._placement.width)
-        labels = gaussian_labels(self._window.grid_hw, sigma / params.cell_size)
+        sigma = params.label_sigma * math.sqrt(math.prod(self._window.target_hw))
+        labels = gaussian_labels(self._window.grid_hw, sigma)
         shape = self._window.spectrum_shape
         elements = self._window.plan.features.elements
-        self._filter = make_filter(labels, shape, elements, params)
+        self._filter = make_filter(labels, shape, elements, self._window.target_hw, params)
         # Spectra of the windows searched last, all of them if the nearer caches can hold them.
         scales = len(params.pool)
-        is_fast = isinstance(self._filter, CorrelationFilter)
-        self._keeps_all = not is_fast or 4 * scales * math.prod(shape) <= _KEPT_BYTES
+        fused = isinstance(self._filter, _FUSED)
+        self._keeps_all = not fused or 4 * scales * math.prod(shape) <= _KEPT_BYTES
         self._spectra = np.empty((scales if self._keeps_all else 1, *shape), np.float32)
         # Numbers of the windows searched last, by the steps between their samples.
         self._searched: dict[tuple[float, float], int] = {}
@@ -147,7 +150,7 @@ class Target:
             self._searched.setdefault(self._window.steps(where, factor), len(self._searched))
             for factor in factors
         ]
-        if not isinstance(self._filter, CorrelationFilter):
+        if not isinstance(self._filter, _FUSED):
             self._search(picture, self._searched, self._spectra, _NO_MAPS)
             return self._filter.respond(self._spectra[: len(self._searched)])[windows]
         responses = np.empty((len(self._searched), *self._window.grid_hw), np.float32)
@@ -157,7 +160,7 @@ class Target:
     def _search(
         self, picture: Image, steps: Iterable[tuple[float, float]], spectra: Real, responses: Real
     ) -> None:
-        model = self._filter.model if isinstance(self._filter, CorrelationFilter) else _NO_MODEL
+        model = self._filter.model if isinstance(self._filter, _FUSED) else _NO_MODEL
         search_windows(
             picture, self._placement[:2], np.array(list(steps)), self._window.plan,
             model, spectra, responses,

@@ -114,6 +114,8 @@ class SearchWindow:
     ----------
     first : Placement
         Of the first box.
+    target_hw : tuple of float
+        Size of the first box in cells.
     grid_hw : tuple of int
         Rows and columns of the feature maps.
     spectrum_shape : tuple of int
@@ -128,12 +130,16 @@ class SearchWindow:
         self._params = params
         self._halved = math.sqrt(box.height * box.width) >= params.halve_above
         self.first = self._first(box)
-        # At least two cells a side, so that targets of a few pixels have a grid at all.
         height, width = self._size(self.first)
+        side, (least, largest) = math.sqrt(height * width), params.template_side
+        enlargement = min(max(side, least), largest) / side
+        # At least two cells a side, so that targets of a few pixels have a grid at all.
         self._window_hw = (
-            max(math.floor(height), 2 * params.cell_size),
-            max(math.floor(width), 2 * params.cell_size),
+            max(math.floor(height * enlargement), 2 * params.cell_size),
+            max(math.floor(width * enlargement), 2 * params.cell_size),
         )
+        cells = enlargement / params.cell_size
+        self.target_hw = (self.first.height * cells, self.first.width * cells)
         colors = image_shape[2] if len(image_shape) == 3 else 1
         half_hw = ((image_shape[0] + 1) // 2, (image_shape[1] + 1) // 2)
         self._half = np.empty((*(half_hw if self._halved else (0, 0)), colors), np.uint8)

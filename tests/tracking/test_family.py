@@ -9,7 +9,7 @@ from scipy import fft, ndimage
 from situp_annotate.errors import TrackingError
 from situp_annotate.tracking import SitupTracker, TrackerParams
 from situp_annotate.tracking.correlation import gaussian_labels
-from situp_annotate.tracking.filters import GaussianFilter, RatioFilter
+from situp_annotate.tracking.filters import BackgroundAwareFilter, GaussianFilter, RatioFilter
 from situp_annotate.tracking.response import psr
 from situp_annotate.types import BoundingBox
 
@@ -78,6 +78,49 @@ def test_a_copy_of_a_filter_learns_by_itself(kind):
     np.testing.assert_array_equal(filter_.respond(x[np.newaxis]), before)
 
 
+def background_aware(support_hw, *windows, rate=0.25):
+    filter_ = BackgroundAwareFilter(LABELS, spectrum_of(windows[0]).shape, support_hw)
+    for window in windows:
+        filter_.learn(spectrum_of(window), rate)
+    return filter_
+
+
+def in_space(filter_):
+    template_f = filter_.model.template_f
+    return fft.irfft2(template_f[:, 0] + 1j * template_f[:, 1], s=GRID_HW, axes=(0, 1))
+
+
+@pytest.mark.parametrize("support_hw", [(5.0, 7.0), (99.0, 99.0)])
+def test_the_background_aware_filter_is_that_of_two_iterations_with_matrices(support_hw):
+    windows, cells = [maps(1), maps(2)], GRID_HW[0] * GRID_HW[1]
+    average = 0.75 * windows[0] + 0.25 * windows[1]
+    shifts = [
+        np.roll(average, (-row, -column), (0, 1)).reshape(-1)
+        for row in range(GRID_HW[0])
+        for column in range(GRID_HW[1])
+    ]
+    samples, labels = np.array(shifts), LABELS.reshape(-1)
+    inside = np.zeros((*GRID_HW, 3))
+    inside[(slice(2, 7), slice(2, 9)) if support_hw[0] < 99 else ()] = 1.0
+    support = inside.reshape(-1)
+    filter_ = multiplier = np.zeros(samples.shape[1])
+    for penalty in (cells * 1.0, cells * 10.0):
+        left = samples.T @ samples + penalty * np.eye(len(support))
+        free = np.linalg.solve(left, samples.T @ labels + penalty * (filter_ - multiplier))
+        filter_ = support * (free + multiplier)
+        multiplier = multiplier + free - filter_
+    found = in_space(background_aware(support_hw, *windows))
+    np.testing.assert_allclose(found, filter_.reshape(found.shape), atol=1e-6)
+    assert np.abs(found[inside == 0]).max(initial=0.0) < 1e-6
+
+
+def test_a_copy_of_a_background_aware_filter_learns_by_itself():
+    filter_ = background_aware((5.0, 7.0), maps(1))
+    before = filter_.model.template_f.copy()
+    filter_.copy().learn(spectrum_of(maps(2)), 0.5)
+    np.testing.assert_array_equal(filter_.model.template_f, before)
+
+
 def test_peak_to_sidelobe_ratio_by_hand():
     response = np.array([[0, 0, 0, 0, 2], [0, 10, 0, 0, 4], [0, 0, 0, 0, 2], [3, 3, 3, 3, 3.0]])
     sidelobe = np.array([0, 0, 0, 2, 4, 2, 3, 3, 3, 3, 3])
@@ -99,6 +142,9 @@ RELATIVES = {
     ),
     "colour": TrackerParams(features=("gray", "color"), cell_size=2),
     "square": TrackerParams(window="square", row_steps="own"),
+    "background": TrackerParams(window="square", padding=4.0, filter="background"),
+    "small template": TrackerParams(template_side=(0.0, 72.0), row_steps="own", subcell=True),
+    "large template": TrackerParams(template_side=(200.0, 200.0), row_steps="own", subcell=True),
 }
 
 
@@ -192,7 +238,7 @@ def test_positions_between_cells_are_gone_on_from():
     "values",
     [{"features": ("color",)}, {"features": ("gray",), "cell_size": 0}, {"kernel_sigma": 0.0},
      {"aspect_factors": ()}, {"scale_interval": 0}, {"aspect_factors": (3.0,)},
-     {"kernel": "gaussian", "filter": "ratio"}],
+     {"kernel": "gaussian", "filter": "ratio"}, {"template_side": (9.0, 3.0)}, {"support": 0.0}],
 )  # fmt: skip
 def test_what_does_not_go_together_is_refused(values):
     with pytest.raises(TrackingError, match="is not allowed: give"):
