@@ -24,6 +24,7 @@ from situp_annotate.formats.mcap.pictures import McapOptions
 from situp_annotate.formats.overlay.options import OverlayOptions
 from situp_annotate.limits import Limits
 from situp_annotate.propagation import PropagationOptions
+from situp_annotate.trackers import PRESETS
 from situp_annotate.tracking import TrackerParams
 from situp_annotate.types import State
 
@@ -140,6 +141,8 @@ class Recipe:
 
 
 _SECTIONS: dict[str, Any] = get_type_hints(Recipe)
+_PRESET = "preset"
+"""Key of ``[tracker]`` that names the tracker whose settings the other keys change."""
 
 
 def _folder() -> Path:
@@ -228,6 +231,8 @@ def _check_names(document: Mapping[str, Any], origin: str) -> None:
                 f"{origin}: {section} must be a table of settings, not {_shown(values)}."
             )
         known = [f.name for f in fields(_SECTIONS[section])]
+        if section == "tracker":
+            known.append(_PRESET)
         for key in values:
             if key not in known:
                 raise RecipeError(
@@ -240,12 +245,26 @@ def _adapter(section: str) -> TypeAdapter[Any]:
     return TypeAdapter(_SECTIONS[section])
 
 
+def _with_preset(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    if _PRESET not in values:
+        return values
+    name = values[_PRESET]
+    if not isinstance(name, str) or name not in PRESETS:
+        raise RecipeError(
+            f"{_PRESET} = {_shown(name)} is no tracker of the family; "
+            f"{_nearest(str(name), list(PRESETS))}"
+        )
+    own = {key: value for key, value in values.items() if key != _PRESET}
+    return {**asdict(PRESETS[name].params), **own}
+
+
 def _build(document: Mapping[str, Mapping[str, Any]], origin: str) -> Recipe:
     built = {}
     for section, values in document.items():
         try:
+            complete = _with_preset(values) if section == "tracker" else values
             # Through JSON, so that strict types hold and arrays become tuples.
-            text = json.dumps(values, default=str)
+            text = json.dumps(complete, default=str)
             built[section] = _adapter(section).validate_json(text, strict=True)
         except ValidationError as error:
             first = error.errors()[0]
@@ -277,7 +296,8 @@ def load_recipe(name: str | Path = "situp", settings: Sequence[str] = ()) -> Rec
     name : str or Path
         A ready-made recipe's name, or the path of a TOML file.
     settings : sequence of str
-        ``"section.key=value"`` each, applied over the recipe.
+        ``"section.key=value"`` each, applied over the recipe; ``tracker.preset`` replaces all of
+        its ``[tracker]``.
 
     Raises
     ------
@@ -295,6 +315,8 @@ def load_recipe(name: str | Path = "situp", settings: Sequence[str] = ()) -> Rec
     for setting in settings:
         section, key, value = _parse_setting(setting)
         _check_names({section: {key: value}}, f"--set {setting}")
+        if (section, key) == ("tracker", _PRESET):
+            merged[section] = {}  # another tracker: the recipe's settings were those of its own
         merged.setdefault(section, {})[key] = value
         recipe = _build(merged, f"--set {setting}")
     return recipe

@@ -1,7 +1,7 @@
 """Recipes: what is ready-made, what is refused, and that the defaults stand in one place."""
 
 import tomllib
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import pytest
 
@@ -10,7 +10,16 @@ from situp_annotate.formats.mcap.pictures import McapOptions
 from situp_annotate.formats.overlay.options import OverlayOptions
 from situp_annotate.limits import Limits
 from situp_annotate.propagation import PropagationOptions
-from situp_annotate.recipe import MotOptions, Outputs, Recipe, _folder, load_recipe, recipe_names
+from situp_annotate.recipe import (
+    MotOptions,
+    Outputs,
+    Recipe,
+    _folder,
+    load_recipe,
+    recipe_from_dict,
+    recipe_names,
+)
+from situp_annotate.trackers import PRESETS
 from situp_annotate.tracking import TrackerParams
 from situp_annotate.types import Extend, Method, State
 
@@ -68,6 +77,18 @@ def test_settings_win_over_the_recipe():
     assert recipe.decoding.incomplete == "keep"
 
 
+def test_a_preset_is_another_tracker(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('[tracker]\npreset = "dcf"\nlearning_rate = 0.5\n')
+    dcf = PRESETS["dcf"].params
+    assert load_recipe(path).tracker == replace(dcf, learning_rate=0.5)
+    assert load_recipe("situp", ["tracker.preset=dcf"]).tracker == dcf
+    settings = ["tracker.padding=3", "tracker.preset=dcf", "tracker.cell_size=6"]
+    assert load_recipe(path, settings).tracker == replace(dcf, cell_size=6)
+    recipe = load_recipe(path)
+    assert recipe_from_dict(recipe.as_dict()) == recipe
+
+
 def test_settings_of_propagation():
     recipe = load_recipe(
         "situp",
@@ -103,6 +124,9 @@ def test_settings_of_the_limits():
     [
         (["tracker.learning_rat=0.01"], "did you mean 'learning_rate'"),
         (["traker.learning_rate=0.01"], "did you mean 'tracker'"),
+        (["tracker.preset=situ"], "tracker.preset = 'situ' is no tracker of the family; did you"),
+        (["tracker.preset=3"], "preset = 3 is no tracker of the family; Known are accurate"),
+        (["tracker.preset=dcf", "tracker.kernel=x"], "tracker.kernel = 'x' is not allowed"),
         (["tracker.learning_rate=2"], "learning_rate = 2.0 is not allowed: give from 0 to 1"),
         (["tracker.learning_rate=fast"], "tracker.learning_rate = 'fast' is not allowed"),
         (["tracker.learning_rate=true"], "tracker.learning_rate = True is not allowed"),
