@@ -15,6 +15,8 @@ from situp_annotate.tracking.params import TrackerParams
 
 __all__ = ["BackgroundAwareFilter", "Filter", "GaussianFilter", "RatioFilter", "make_filter"]
 
+_FAINTEST = 1e-12
+
 Real = npt.NDArray[np.float32]
 Complex = npt.NDArray[np.complex64]
 
@@ -161,7 +163,8 @@ class BackgroundAwareFilter:
     ----------
     model : Model
         For :func:`situp_annotate.tracking.correlation.respond`: the filter takes the template's
-        place. Zeros at first.
+        place, and the coefficients are such that the average's response at its middle is 1. Zeros
+        at first.
 
     References
     ----------
@@ -181,8 +184,9 @@ class BackgroundAwareFilter:
             *(_inside(size, extent) for size, extent in zip(labels.shape, support_hw, strict=True))
         )[:, :, np.newaxis]
         self._average_f: Complex | None = None
-        ones = np.ones_like(self._labels_f)
-        self.model = Model(ones, np.zeros(spectrum_shape, np.float32), np.float32(1))
+        self.model = Model(
+            np.zeros_like(self._labels_f), np.zeros(spectrum_shape, np.float32), np.float32(1)
+        )
 
     def copy(self) -> "BackgroundAwareFilter":
         """A filter that has learnt the same and goes on learning by itself."""
@@ -197,6 +201,9 @@ class BackgroundAwareFilter:
             self._average_f += np.float32(rate) * (new_f - self._average_f)
         filter_f = self._solved(self._average_f)
         self.model.template_f[:, 0], self.model.template_f[:, 1] = filter_f.real, filter_f.imag
+        learnt_f = np.einsum("ijk,ijk->ij", self._average_f, filter_f.conj())
+        peak = fft.irfft2(learnt_f, s=self._grid_hw)[0, 0]
+        self.model.alpha_f[:] = 1 / max(peak, _FAINTEST)  # blank windows have no peak at all
 
     def _solved(self, x_f: Complex) -> Complex:
         """Filter for features with this spectrum; both (rows, columns // 2 + 1, channels)."""

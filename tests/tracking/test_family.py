@@ -114,6 +114,16 @@ def test_the_background_aware_filter_is_that_of_two_iterations_with_matrices(sup
     assert np.abs(found[inside == 0]).max(initial=0.0) < 1e-6
 
 
+def test_the_background_aware_filter_s_response_to_what_it_has_learnt_is_one_in_the_middle():
+    window = maps(1)
+    filter_ = background_aware((5.0, 7.0), window)
+    shared_f = (spectrum_of(window) * filter_.model.template_f).sum(axis=(1, 3))
+    half = fft.irfft2(shared_f * filter_.model.alpha_f.real, s=GRID_HW)
+    assert half[0, 0] == pytest.approx(1)
+    blank = background_aware((5.0, 7.0), 0 * window)
+    assert np.isfinite(blank.model.alpha_f).all()
+
+
 def test_a_copy_of_a_background_aware_filter_learns_by_itself():
     filter_ = background_aware((5.0, 7.0), maps(1))
     before = filter_.model.template_f.copy()
