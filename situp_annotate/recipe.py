@@ -24,6 +24,7 @@ from situp_annotate.formats.mcap.pictures import McapOptions
 from situp_annotate.formats.overlay.options import OverlayOptions
 from situp_annotate.limits import Limits
 from situp_annotate.propagation import PropagationOptions
+from situp_annotate.toml import parse_toml, parse_value
 from situp_annotate.trackers import PRESETS
 from situp_annotate.tracking import TrackerParams
 from situp_annotate.types import State
@@ -173,29 +174,9 @@ def _shown(value: object) -> str:
     return text if len(text) <= _MOST_SHOWN else text[: _MOST_SHOWN - 1] + "…"
 
 
-def _parse(text: str) -> dict[str, Any]:
-    """Read TOML.
-
-    Raises
-    ------
-    TOMLDecodeError
-        If it is none, is nested too deeply, or has a number that nobody could print.
-    """
-    try:
-        document = tomllib.loads(text)
-        json.dumps(document, default=str)
-    except tomllib.TOMLDecodeError:
-        raise
-    except ValueError:  # Python neither reads nor writes integers of more than 4300 digits
-        raise tomllib.TOMLDecodeError("a number has too many digits") from None
-    except RecursionError:
-        raise tomllib.TOMLDecodeError("it is nested too deeply") from None
-    return document
-
-
 def _read(path: Path) -> dict[str, Any]:
     try:
-        return _parse(path.read_text(encoding="utf-8"))
+        return parse_toml(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise RecipeError(f"{path}: this recipe cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
@@ -212,11 +193,7 @@ def _parse_setting(setting: str) -> tuple[str, str, Any]:
         raise RecipeError(
             f"--set {setting}: give SECTION.KEY=VALUE, such as tracker.learning_rate=0.01."
         )
-    try:
-        value = _parse(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        value = text.strip()
-    return section, key, value
+    return section, key, parse_value(text)
 
 
 def _check_names(document: Mapping[str, Any], origin: str) -> None:

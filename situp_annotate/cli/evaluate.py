@@ -66,8 +66,9 @@ def _check(trackers: tuple[str, ...], results: dict[str, str], protocols: tuple[
     callback=_names,
     metavar="NAME,…",
     help="Trackers to run: mosse, csk, kcf, dcf, samf, dsst, fdsst, situp, aspect, accurate, fast; "
-    "OpenCV's mil; vit:MODEL, nano:BACKBONE,NECKHEAD or dasiamrpn:MODEL,KERNEL_CLS1,KERNEL_R1 with "
-    "files of yours; and those that other packages bring. May be given several times.",
+    "one of these with settings, such as situp:scale_criterion=max,padding=3; OpenCV's mil; "
+    "vit:MODEL, nano:BACKBONE,NECKHEAD or dasiamrpn:MODEL,KERNEL_CLS1,KERNEL_R1 with files of "
+    "yours; and those that other packages bring. May be given several times.",
 )
 @click.option(
     "--results",

@@ -9,6 +9,7 @@ from urllib.parse import quote
 from situp_annotate.errors import TrackingError
 from situp_annotate.trackers.opencv import MODEL_FILES, make_mil, make_with_models
 from situp_annotate.trackers.presets import PRESETS
+from situp_annotate.trackers.variants import variant_params
 from situp_annotate.tracking import SitupTracker, Tracker
 
 __all__ = [
@@ -53,19 +54,21 @@ def find_tracker(name: str) -> Callable[[], Tracker]:
     Parameters
     ----------
     name : str
-        One of `tracker_names`, or ``vit:MODEL``, ``nano:BACKBONE,NECKHEAD`` or
-        ``dasiamrpn:MODEL,KERNEL_CLS1,KERNEL_R1`` with paths of files.
+        One of `tracker_names`; one of ours with settings, ``situp:scale_criterion=max,…``; or
+        ``vit:MODEL``, ``nano:BACKBONE,NECKHEAD`` or ``dasiamrpn:MODEL,KERNEL_CLS1,KERNEL_R1`` with
+        paths of files.
 
     Raises
     ------
     TrackingError
-        If there is no such tracker, a model file is missing, or a plug-in cannot be loaded.
+        If there is no such tracker, a setting is not allowed, a model file is missing, or a
+        plug-in cannot be loaded.
     """
-    if name in PRESETS:
-        return partial(SitupTracker, PRESETS[name].params)
+    kind = name.partition(":")[0]
+    if kind in PRESETS:
+        return partial(SitupTracker, variant_params(name))
     if name == _MIL:
         return make_mil
-    kind = name.partition(":")[0]
     if kind in MODEL_FILES:
         make = partial(make_with_models, kind, model_files(name))
         make()  # so that a missing file is noticed now

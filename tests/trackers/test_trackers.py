@@ -1,6 +1,7 @@
 """Trackers by name: presets, OpenCV's, and those of other packages."""
 
 import sys
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -18,6 +19,8 @@ from situp_annotate.trackers import (
     registry,
     tracker_names,
 )
+from situp_annotate.trackers.variants import variant_params
+from situp_annotate.tracking import TrackerParams
 from situp_annotate.types import BoundingBox
 
 PLUGIN = Path(__file__).parents[2] / "samples" / "tracker_plugin"
@@ -61,6 +64,15 @@ def test_presets_say_where_they_come_from():
     assert PRESETS["situp"].params == type(PRESETS["situp"].params)()
 
 
+def test_settings_of_a_preset_can_be_changed_in_its_name():
+    params = variant_params("kcf:padding=3, scale_factors=[1.0, 1.1],scale_criterion=apce")
+    assert params == replace(
+        PRESETS["kcf"].params, padding=3.0, scale_factors=(1.0, 1.1), scale_criterion="apce"
+    )
+    assert variant_params("situp:") == variant_params("situp") == TrackerParams()
+    make_tracker("dsst:learning_rate=0.1").init(noise(), BoundingBox(60, 40, 30, 20))
+
+
 def test_a_tracker_of_another_package_is_found(plugin):
     assert tracker_names()[-1] == "template"
     tracker = make_tracker("template")
@@ -74,6 +86,13 @@ def test_a_tracker_of_another_package_is_found(plugin):
     ("name", "said"),
     [
         ("kfc", "'kfc' is no tracker; known are mosse, csk"),
+        (
+            "situp:scale_criterion=min",
+            "'situp:scale_criterion=min': scale_criterion is not allowed",
+        ),
+        ("situp:padding", "'padding' is no setting KEY=VALUE; keys are padding, window"),
+        ("situp:pading=3", "'pading=3' is no setting KEY=VALUE"),
+        ("situp:padding=0.5", "'situp:padding=0.5': padding = 0.5 is not allowed: give at least 1"),
         ("broken", "'broken' of template_tracker:nothing cannot be loaded"),
         ("number", "sys:maxsize cannot be called"),
         ("vit", "vit needs 1 model file"),
