@@ -6,7 +6,7 @@ import click
 
 __all__ = ["effort"]
 
-_METHODS = ("hold", "linear", "cubic", "mil", "forward", "both")
+_METHODS = ("hold", "linear", "cubic", "mil", "forward", "both", "fast", "accurate")
 
 
 def _chosen(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[str, ...]:
@@ -37,8 +37,9 @@ def _chosen(_context: click.Context, _parameter: click.Parameter, value: str) ->
     callback=_chosen,
     default=",".join(_METHODS),
     show_default=True,
-    help="What to compare, separated by commas. mil is OpenCV's TrackerMIL: slow, and followed "
-    "up to 3 boxes only.",
+    help="What to compare, separated by commas. both is SITUP in both directions, fast and "
+    "accurate are those presets in its place; mil is OpenCV's TrackerMIL: slow, and followed up to "
+    "3 boxes only.",
 )
 @click.option(
     "--workers",

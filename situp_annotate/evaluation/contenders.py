@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from situp_annotate.propagation import PropagationOptions, TrackerFactory
-from situp_annotate.trackers import make_mil
+from situp_annotate.trackers import PRESETS, make_mil
 from situp_annotate.tracking import SitupTracker
 from situp_annotate.types import Method
 
@@ -37,5 +38,12 @@ CONTENDERS: Mapping[str, Contender] = {
     "mil": Contender(PropagationOptions(direction="forward"), make_mil, most_boxes=3),
     "forward": Contender(PropagationOptions(direction="forward")),
     "both": Contender(PropagationOptions()),
+    **{
+        name: Contender(PropagationOptions(), partial(SitupTracker, PRESETS[name].params))
+        for name in ("fast", "accurate")
+    },
 }
-"""By name. ``mil`` is OpenCV's tracker, some fifty times slower: its budgets end at 3 boxes."""
+"""By name; presets go in both directions, like ``both``, which has SITUP's.
+
+``mil`` is OpenCV's tracker, some fifty times slower: its budgets end at 3 boxes.
+"""

@@ -1,5 +1,6 @@
 """The simulated annotator over all targets and methods, in processes, one a target; resumable."""
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +24,7 @@ from situp_annotate.evaluation.samples import SampleCollector, Samples
 from situp_annotate.evaluation.studies import carry_out, code_digest, part_key
 from situp_annotate.evaluation.track_quality import TrackQuality, judge_track
 from situp_annotate.formats.staging import write_whole
-from situp_annotate.propagation import PassCache
+from situp_annotate.propagation import PassCache, TrackerFactory
 from situp_annotate.video import open_video
 
 __all__ = ["JITTERED", "MethodResult", "Settings", "TargetResult", "load_samples", "run_study"]
@@ -171,10 +172,12 @@ def _simulate_target(task: _Task) -> TargetResult:
     if missing:
         with open_video(task.folder) as frames:
             subject = prepare(task.target, frames)
-        shared = PrefixCache()  # forward makes passes that both needs too
+        # Contenders with the same tracker share passes, except with one that is not followed far.
+        caches: defaultdict[tuple[TrackerFactory, int | None], PrefixCache]
+        caches = defaultdict(PrefixCache)
         for method in missing:
             contender = CONTENDERS[method]
-            cache = shared if contender.most_boxes is None else PrefixCache()
+            cache = caches[contender.tracker, contender.most_boxes]
             found[method] = _simulate_method(task, method, subject, cache)
     methods = {method: result for method, result in found.items() if result is not None}
     frames_done = next(iter(methods.values())).runs["worst"].frames

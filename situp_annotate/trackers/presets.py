@@ -127,21 +127,29 @@ PRESETS: Mapping[str, Preset] = {
     ),
     "accurate": Preset(
         TrackerParams(
-            padding=4.0,
+            filter="background",
             window="square",
-            scale_factors=_ONE_SCALE,
-            scale_search="filter",
+            padding=4.0,
+            template_side=(100.0, 160.0),
+            support=1.25,
+            label_sigma=1 / 16,
+            learning_rate=0.01,
+            scale_factors=(1.0, 0.98, 1.02),
             row_steps="own",
             subcell=True,
         ),
-        "not published: SITUP's features and filter in a wide square window, DSST's filter along "
-        "scales, and peaks between cells",
+        "not published: SITUP's features and criterion with the filter of BACF (H. Kiani Galoogahi "
+        "et al., Learning background-aware correlation filters for visual tracking, ICCV 2017), "
+        "whose learning rate it almost has, and templates of about the same size for all targets",
     ),
     "fast": Preset(
         TrackerParams(
-            scale_factors=(1.0, 0.985, 1.015), scale_interval=2, row_steps="own", subcell=True
+            scale_factors=(1.0, 0.985, 1.015),
+            template_side=(0.0, 72.0),
+            row_steps="own",
+            subcell=True,
         ),
-        "not published: SITUP with three scales in every other frame, and peaks between cells",
+        "not published: SITUP with three scales, small templates, and peaks between cells",
     ),
 }
 """By name: those that were published in the order of their years, then ours."""
