@@ -1,6 +1,6 @@
 """How fast the tracker is, beside OpenCV's, and where its time goes.
 
-    python benchmarks/speed.py --sequences FOLDER --json FILE --figure FILE.svg
+    python benchmarks/speed.py --sequences FOLDER --json FILE --figure FILE.svg [--tracker PRESET]
 
 FOLDER holds sequences in OTB layout. Every tracker runs in a process of its own, pinned to one
 core and to one thread, on frames that are decoded beforehand; the trackers take turns, so that a
@@ -32,10 +32,13 @@ from tqdm import tqdm
 
 from situp_annotate.compiling import compile_kernels
 from situp_annotate.evaluation import OtbSequence, OtbTarget, evaluate_one_pass, find_sequences
-from situp_annotate.propagation import FramesInMemory, propagate
-from situp_annotate.tracking import SitupTracker, TrackerParams, tracker, window
+from situp_annotate.propagation import FramesInMemory, TrackerFactory, propagate
+from situp_annotate.trackers.variants import variant_params
+from situp_annotate.tracking import SitupTracker, TrackerParams, window
+from situp_annotate.tracking import target as tracking_target
 from situp_annotate.tracking.correlation import CorrelationFilter, Model, respond
 from situp_annotate.tracking.features import add_colors
+from situp_annotate.tracking.filters import BackgroundAwareFilter
 from situp_annotate.tracking.fourier import invert, transform
 from situp_annotate.tracking.hog import fhog
 from situp_annotate.tracking.sampling import sample_window
@@ -45,8 +48,7 @@ from situp_annotate.video import open_video
 Kernel = Callable[..., object]
 
 _HERE = Path(__file__).parent
-_PEERS = ("csrt", "kcf")
-_TRACKERS = ("situp", *_PEERS)
+_CSRT, _KCF = "opencv-csrt", "opencv-kcf"
 _STAGES = ("halve", "sample", "HOG", "colour", "transform", "correlate", "respond", "update")
 
 
@@ -71,8 +73,9 @@ class Figures:
     precision: dict[str, float]
 
     def ratio(self, peer: str) -> float:
-        """How many times as fast as a peer."""
-        return self.ms[peer] / self.ms["situp"]
+        """How many times as fast ours is as a peer."""
+        ours = next(name for name in self.ms if name not in (_CSRT, _KCF))
+        return self.ms[peer] / self.ms[ours]
 
 
 def peers_python() -> Path:
@@ -95,7 +98,7 @@ def run(name: str, sequence: OtbSequence, target: OtbTarget, frames: int | None)
     """Run a tracker in a process of its own."""
     box = target.first_box
     command: list[object] = [
-        sys.executable if name == "situp" else peers_python(), _HERE / "time_tracker.py",
+        peers_python() if name in (_CSRT, _KCF) else sys.executable, _HERE / "time_tracker.py",
         "--tracker", name, "--pictures", pictures_of(sequence), "--core", core(0),
         "--box", box.x, box.y, box.width, box.height,
     ]  # fmt: skip
@@ -168,32 +171,35 @@ class StageClock:
 
         parts = (
             (window, "halve", "halve"),
-            (tracker, "apce", "respond"),
-            (tracker, "find_peak", "respond"),
+            (tracking_target, "apce", "respond"),
+            (tracking_target, "find_peak", "respond"),
             (CorrelationFilter, "learn", "update"),
+            (BackgroundAwareFilter, "learn", "update"),
         )
         with ExitStack() as stack:
-            stack.enter_context(patch.object(tracker, "search_windows", search_windows))
+            stack.enter_context(patch.object(tracking_target, "search_windows", search_windows))
             for owner, name, stage in parts:
                 timed = self._timed(stage, getattr(owner, name))
                 stack.enter_context(patch.object(owner, name, timed))
             work()
 
 
-def stages_of(images: list[Image], box: BoundingBox) -> tuple[dict[str, float], tuple[int, int]]:
+def stages_of(
+    images: list[Image], box: BoundingBox, params: TrackerParams
+) -> tuple[dict[str, float], tuple[int, int]]:
     """Milliseconds an update by stage, and the template's rows and columns."""
-    situp, clock = SitupTracker(), StageClock()
-    situp.init(images[0], box)
-    situp.update(images[0])
+    tracker, clock = SitupTracker(params), StageClock()
+    tracker.init(images[0], box)
+    tracker.update(images[0])
 
     def work() -> None:
         for image in images[1:]:
-            situp.update(image)
+            tracker.update(image)
 
     clock.measure(work)  # compiles the stages apart
     clock.seconds = dict.fromkeys(_STAGES, 0.0)
     clock.measure(work)
-    rows, columns = window.SearchWindow(images[0].shape, box, TrackerParams()).grid_hw
+    rows, columns = window.SearchWindow(images[0].shape, box, params).grid_hw
     return {stage: 1e3 * seconds / (len(images) - 1) for stage, seconds in clock.seconds.items()}, (
         rows,
         columns,
@@ -207,30 +213,33 @@ def images_of(sequence: OtbSequence, count: int) -> list[Image]:
 
 
 def compare(
+    ours: str,
     sequence: OtbSequence,
     target: OtbTarget,
     frames: int,
     repeats: int,
     advance: Callable[[], object],
 ) -> Figures:
-    """Time all trackers on one target, in turns."""
-    ms: dict[str, list[float]] = {name: [] for name in _TRACKERS}
+    """Time one of ours and OpenCV's trackers on one target, in turns."""
+    names = (ours, _CSRT, _KCF)
+    ms: dict[str, list[float]] = {name: [] for name in names}
     whole = {}
-    for name in _TRACKERS:
+    for name in names:
         whole[name] = run(name, sequence, target, None)
         advance()
     for _ in range(repeats):
-        for name in _TRACKERS:
+        for name in names:
             timed = run(name, sequence, target, frames)
             ms[name].append(1e3 * timed.seconds)
-            if name == "situp" and timed.boxes != whole[name].boxes[: len(timed.boxes)]:
+            if name == ours and timed.boxes != whole[name].boxes[: len(timed.boxes)]:
                 raise click.ClickException(f"{target.name}: two runs gave different boxes.")
             advance()
     scores = {
         name: evaluate_one_pass(np.add(each.boxes, [1, 1, 0, 0]), target.truth)
         for name, each in whole.items()
     }
-    stages, template = stages_of(images_of(sequence, frames), target.first_box)
+    images = images_of(sequence, frames)
+    stages, template = stages_of(images, target.first_box, variant_params(ours))
     return Figures(
         name=target.name,
         size=(target.first_box.width, target.first_box.height),
@@ -254,38 +263,43 @@ def tracks_of(box: BoundingBox, count: int) -> list[Track]:
     ]
 
 
-def seconds_of(images: list[Image], tracks: list[Track], cores: int) -> float:
+def seconds_of(images: list[Image], tracks: list[Track], cores: int, make: TrackerFactory) -> float:
     """Seconds to follow tracks through decoded frames on a number of cores."""
     os.sched_setaffinity(0, {core(number) for number in range(cores)})
     footage = FramesInMemory([Frame(index, 0, image) for index, image in enumerate(images)])
     start = time.perf_counter()
-    propagate(footage, tracks, threads=cores)
+    propagate(footage, tracks, tracker=make, threads=cores)
     elapsed = time.perf_counter() - start
     os.sched_setaffinity(0, _CORES)
     return elapsed
 
 
-def threads_ratio(images: list[Image], box: BoundingBox, repeats: int) -> float:
+def threads_ratio(
+    images: list[Image], box: BoundingBox, repeats: int, make: TrackerFactory
+) -> float:
     """How many times as fast two cores follow four targets as one core does."""
     tracks = tracks_of(box, 4)
-    seconds_of(images[:3], tracks, 2)
-    ratios = [seconds_of(images, tracks, 1) / seconds_of(images, tracks, 2) for _ in range(repeats)]
+    seconds_of(images[:3], tracks, 2, make)
+    ratios = [
+        seconds_of(images, tracks, 1, make) / seconds_of(images, tracks, 2, make)
+        for _ in range(repeats)
+    ]
     return statistics.median(ratios)
 
 
-def growth(images: list[Image]) -> dict[str, list[tuple[float, float]]]:
+def growth(images: list[Image], make: TrackerFactory) -> dict[str, list[tuple[float, float]]]:
     """Milliseconds a frame against the template's area in cells and the number of targets."""
     height, width = images[0].shape[:2]
     by_area = []
     for side in (8, 12, 16, 24, 32, 48, 64, 80, 96):
         box = BoundingBox((width - side) / 2, (height - side) / 2, side, side)
         cells = (2.5 * side // 4) ** 2
-        seconds = min(seconds_of(images, tracks_of(box, 1), 1) for _ in range(3))
+        seconds = min(seconds_of(images, tracks_of(box, 1), 1, make) for _ in range(3))
         by_area.append((cells, 1e3 * seconds / len(images)))
     by_targets = []
     for count in (1, 2, 4, 8, 16, 32):
         box = BoundingBox(width / 2 - 50, height / 2 - 16, 32, 32)
-        seconds = seconds_of(images, tracks_of(box, count), 1)
+        seconds = seconds_of(images, tracks_of(box, count), 1, make)
         by_targets.append((float(count), 1e3 * seconds / len(images)))
     return {"cells": by_area, "targets": by_targets}
 
@@ -320,17 +334,15 @@ def report(results: list[Figures]) -> None:
         size = "×".join(f"{number:g}" for number in each.size)
         print(f"| {each.name} | {size} | {each.template[1]}×{each.template[0]} | {stages} |")
     print()
-    print(
-        "| target | fps | ÷ CSRT | ÷ KCF | AUC: SITUP | CSRT | KCF "
-        "| precision: SITUP | CSRT | KCF |"
-    )
-    print("|---" * 10 + "|")
+    names = list(results[0].ms)
+    scores = [f"{score}: {name}" for score in ("AUC", "precision") for name in names]
+    print(f"| target | fps | ÷ CSRT | ÷ KCF | {' | '.join(scores)} |")
+    print("|---" * (4 + len(scores)) + "|")
     for each in results:
-        auc = " | ".join(f"{each.auc[name]:.3f}" for name in _TRACKERS)
-        precision = " | ".join(f"{each.precision[name]:.3f}" for name in _TRACKERS)
+        figures = [f"{score[name]:.3f}" for score in (each.auc, each.precision) for name in names]
         print(
-            f"| {each.name} | {1e3 / each.ms['situp']:.0f} | {each.ratio('csrt'):.1f} "
-            f"| {each.ratio('kcf'):.2f} | {auc} | {precision} |"
+            f"| {each.name} | {1e3 / each.ms[names[0]]:.0f} | {each.ratio(_CSRT):.1f} "
+            f"| {each.ratio(_KCF):.2f} | {' | '.join(figures)} |"
         )
 
 
@@ -338,30 +350,35 @@ def report(results: list[Figures]) -> None:
 @click.option("--sequences", type=click.Path(exists=True, path_type=Path), required=True)
 @click.option("--json", "json_path", type=click.Path(path_type=Path), required=True)
 @click.option("--figure", type=click.Path(path_type=Path), help="draw how cost grows into this SVG")
+@click.option("--tracker", default="situp", show_default=True, help="which of our presets")
 @click.option("--frames", default=60, show_default=True, help="frames of a timed run")
 @click.option("--repeats", default=3, show_default=True, help="timed runs of each tracker")
-def main(sequences: Path, json_path: Path, figure: Path | None, frames: int, repeats: int) -> None:
+def main(
+    sequences: Path, json_path: Path, figure: Path | None, tracker: str, frames: int, repeats: int
+) -> None:
     """Measure, print the tables and write the figures."""
     compile_kernels()
     peers_python()
     targets = [(each, target) for each in find_sequences(sequences) for target in each.targets]
-    steps = len(targets) * len(_TRACKERS) * (1 + repeats)
+    steps = len(targets) * 3 * (1 + repeats)
     with tqdm(total=steps, unit="run") as bar:
         results = [
-            compare(sequence, target, frames, repeats, partial(bar.update, 1))
+            compare(tracker, sequence, target, frames, repeats, partial(bar.update, 1))
             for sequence, target in targets
         ]
+    make = partial(SitupTracker, variant_params(tracker))
     ratios = [
-        threads_ratio(images_of(sequence, frames), target.first_box, repeats)
+        threads_ratio(images_of(sequence, frames), target.first_box, repeats, make)
         for sequence, target in targets
     ]
     report(results)
     bars = {
-        "csrt_ratio": geometric_mean(each.ratio("csrt") for each in results),
-        "kcf_ratio": geometric_mean(each.ratio("kcf") for each in results),
+        "csrt_ratio": geometric_mean(each.ratio(_CSRT) for each in results),
+        "csrt_ratio_least": min(each.ratio(_CSRT) for each in results),
+        "kcf_ratio": geometric_mean(each.ratio(_KCF) for each in results),
         "threads_ratio": geometric_mean(iter(ratios)),
     }
-    curves = growth(images_of(targets[0][0], frames))
+    curves = growth(images_of(targets[0][0], frames), make)
     if figure is not None:
         draw(curves, figure)
     print(json.dumps(bars, indent=2))

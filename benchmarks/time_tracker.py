@@ -1,8 +1,8 @@
 """Time one tracker's updates on one sequence; speed.py starts this once per measurement.
 
 Prints a JSON object: seconds of each update, and the boxes (x, y, width, height, counted from 0)
-of all frames. Needs OpenCV and NumPy only, unless the tracker is situp, so that it also runs in
-the virtual environment of the peers.
+of all frames. Needs OpenCV and NumPy only, unless the tracker is one of ours, so that it also runs
+in the virtual environment of the peers.
 """
 
 import argparse
@@ -10,6 +10,7 @@ import json
 import os
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -53,11 +54,12 @@ def csrt(first: Image, box: Box) -> Update:
     return opencv(contributed.TrackerCSRT_create(), first, box)
 
 
-def situp(first: Image, box: Box) -> Update:
-    """SITUP as it comes."""
-    from situp_annotate import BoundingBox, SitupTracker
+def ours(name: str, first: Image, box: Box) -> Update:
+    """One of our presets."""
+    from situp_annotate import BoundingBox
+    from situp_annotate.trackers import make_tracker
 
-    tracker = SitupTracker()
+    tracker = make_tracker(name)
     tracker.init(first, BoundingBox(*box))
 
     def update(image: Image) -> Box:
@@ -67,7 +69,7 @@ def situp(first: Image, box: Box) -> Update:
     return update
 
 
-TRACKERS = {"situp": situp, "kcf": kcf, "csrt": csrt}
+PEERS = {"opencv-kcf": kcf, "opencv-csrt": csrt}
 
 
 def frames_of(folder: Path, limit: int | None) -> list[Image]:
@@ -80,7 +82,7 @@ def frames_of(folder: Path, limit: int | None) -> list[Image]:
 def main() -> None:
     """Load, track, print."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--tracker", choices=TRACKERS, required=True)
+    parser.add_argument("--tracker", required=True, help=f"{', '.join(PEERS)}, or one of ours")
     parser.add_argument("--pictures", type=Path, required=True)
     parser.add_argument("--box", type=float, nargs=4, required=True)
     parser.add_argument("--frames", type=int)
@@ -90,15 +92,16 @@ def main() -> None:
         os.sched_setaffinity(0, {arguments.core})
     cv2.setNumThreads(1)
     frames = frames_of(arguments.pictures, arguments.frames)
-    if arguments.tracker != "situp":  # OpenCV's trackers want three channels
+    start_tracking = PEERS.get(arguments.tracker, partial(ours, arguments.tracker))
+    if arguments.tracker in PEERS:  # OpenCV's trackers want three channels
         frames = [
             cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR) if frame.ndim == 2 else frame
             for frame in frames
         ]
-    update = TRACKERS[arguments.tracker](frames[0], tuple(arguments.box))
-    if arguments.tracker == "situp":  # the kernels are compiled and loaded now
+    update = start_tracking(frames[0], tuple(arguments.box))
+    if arguments.tracker not in PEERS:  # the kernels are compiled and loaded now
         update(frames[0])
-        update = situp(frames[0], tuple(arguments.box))
+        update = start_tracking(frames[0], tuple(arguments.box))
     seconds, boxes = [], [tuple(arguments.box)]
     for frame in frames[1:]:
         start = time.perf_counter()
