@@ -1,16 +1,17 @@
 """How accurate and how fast the trackers of the family are.
 
     python benchmarks/accuracy.py --sequences FOLDER --json FILE [--attributes FILE]
-        [--trackers NAME,…] [--fresh]
+        [--trackers NAME …] [--fresh]
 
-FOLDER holds sequences in OTB layout. Each preset starts from the truth's first box of each target
-and is scored by one-pass evaluation with the conventions of the OTB toolkit, one run after the
-other in a process of one thread; finished runs stay in a folder beside FILE, from which a benchmark
-that was interrupted goes on. Speeds are of tracking alone, geometric means over the targets.
+FOLDER holds sequences in OTB layout. Each preset, and those with pools of scales by each criterion,
+starts from the truth's first box of each target and is scored by one-pass evaluation with the
+conventions of the OTB toolkit, one run after the other in a process of one thread; finished runs
+stay in a folder beside FILE, from which a benchmark that was interrupted goes on. Speeds are of
+tracking alone, geometric means over the targets.
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +21,20 @@ from situp_annotate.evaluation.evaluation_files import Plan, evaluate_trackers
 from situp_annotate.trackers import PRESETS
 
 SCALE_VARIATION = "SV"
+REFERENCE = "situp"
+BY_CRITERION = tuple(
+    f"{name}:scale_criterion={criterion}"
+    for name, preset in PRESETS.items()
+    if len(preset.params.pool) > 1
+    for criterion in ("apce", "max", "psr")
+    if criterion != preset.params.scale_criterion
+)
+"""Trackers with a pool of scales, by the criteria that are not their own."""
+
+Trackers = Mapping[str, Mapping[str, Any]]
 
 
-def figures_of(tracker: dict[str, Any]) -> dict[str, float]:
+def figures_of(tracker: Mapping[str, Any]) -> dict[str, float]:
     """Means over all targets, over those whose scale varies, and speed."""
     overall = tracker["ope"]["sets"]["all"]
     figures = {"auc": overall["auc"], "precision": overall["precision"]}
@@ -32,37 +44,51 @@ def figures_of(tracker: dict[str, Any]) -> dict[str, float]:
     return {**figures, "fps": tracker["frames_per_second"]}
 
 
-def table(trackers: dict[str, Any]) -> Iterable[str]:
-    """AUC by target and tracker, in Markdown."""
-    names = list(trackers)
+def by_tracker(trackers: Trackers) -> Iterable[str]:
+    """Overall figures, in Markdown."""
+    figures = {name: figures_of(tracker) for name, tracker in trackers.items()}
+    keys = list(next(iter(figures.values())))
+    yield f"| tracker | {' | '.join(keys)} | ÷ {REFERENCE} |"
+    yield "|---" * (len(keys) + 2) + "|"
+    reference = figures.get(REFERENCE, {}).get("fps")
+    for name, each in figures.items():
+        cells = [f"{each[key]:.0f}" if key == "fps" else f"{each[key]:.3f}" for key in keys]
+        ratio = f"{each['fps'] / reference:.2f}" if reference else ""
+        yield f"| {name} | {' | '.join(cells)} | {ratio} |"
+
+
+def by_target(trackers: Trackers) -> Iterable[str]:
+    """AUC by target and preset, in Markdown."""
+    names = [name for name in trackers if ":" not in name]
     yield f"| AUC | {' | '.join(names)} |"
     yield "|---" * (len(names) + 1) + "|"
     for target in next(iter(trackers.values()))["ope"]["targets"]:
         aucs = [trackers[name]["ope"]["targets"][target]["auc"] for name in names]
         yield f"| {target} | {' | '.join(f'{auc:.3f}' for auc in aucs)} |"
-    means = [figures_of(tracker) for tracker in trackers.values()]
-    for key in means[0]:
-        cells = [f"{each[key]:.0f}" if key == "fps" else f"{each[key]:.3f}" for each in means]
-        yield f"| **{key}** | {' | '.join(cells)} |"
 
 
 @click.command(help=__doc__)
 @click.option("--sequences", type=click.Path(exists=True, path_type=Path), required=True)
 @click.option("--json", "json_path", type=click.Path(path_type=Path), required=True)
 @click.option("--attributes", type=click.Path(exists=True, path_type=Path))
-@click.option("--trackers", default=",".join(PRESETS), show_default=True)
+@click.option("--trackers", multiple=True, help="instead of all; may be given several times")
 @click.option("--fresh", is_flag=True, help="Run anew what is there from before.")
 def main(
-    sequences: Path, json_path: Path, attributes: Path | None, trackers: str, fresh: bool
+    sequences: Path,
+    json_path: Path,
+    attributes: Path | None,
+    trackers: tuple[str, ...],
+    *,
+    fresh: bool,
 ) -> None:
     """Run, score, print a table and write the figures."""
     folder = json_path.with_suffix(".evaluation")
-    names = tuple(trackers.split(","))
+    names = trackers or (*PRESETS, *BY_CRITERION)
     plan = Plan(sequences, folder, names, attributes=attributes, fresh=fresh)
     for note in evaluate_trackers(plan).notes:
         print(note)
     found = json.loads((folder / "evaluation.json").read_bytes())["trackers"]
-    print("\n".join(table(found)))
+    print("\n".join([*by_tracker(found), "", *by_target(found)]))
     bars = {name: figures_of(tracker) for name, tracker in found.items()}
     targets = {
         name: {target: {"auc": each["auc"], "precision": each["precision"]}

@@ -20,6 +20,14 @@ from situp_annotate.types import BoundingBox
 __all__ = ["compile_kernels", "kernels_are_compiled", "load_kernels"]
 
 
+_EVERY_KERNEL = (
+    TrackerParams(),
+    TrackerParams(scale_search="filter"),
+    TrackerParams(grayscale=True),
+)
+"""Settings that need all kernels between them."""
+
+
 def _marker() -> Path:
     """File that says, beside the machine code, that all of it is there.
 
@@ -59,7 +67,7 @@ def load_kernels() -> None:
 def _call_all() -> None:
     for image in (np.zeros((64, 64, 3), np.uint8), np.zeros((64, 64), np.uint8)):
         for side in (16, 120):  # at full and at half size
-            for search in ("pool", "filter"):
-                tracker = SitupTracker(TrackerParams(scale_search=search))
+            for params in _EVERY_KERNEL:
+                tracker = SitupTracker(params)
                 tracker.init(image, BoundingBox(0, 0, side, side))
                 tracker.update(image)

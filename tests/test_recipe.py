@@ -47,9 +47,14 @@ def test_situp_spells_out_every_setting(section, defaults):
 
 
 def test_every_ready_made_recipe_loads():
-    assert recipe_names() == ["csv_only", "overlay", "situp"]
+    assert recipe_names() == ["accurate", "csv_only", "fast", "overlay", "situp"]
     for name in recipe_names():
         load_recipe(name)
+
+
+@pytest.mark.parametrize("name", ["accurate", "fast"])
+def test_recipes_with_another_tracker_differ_in_nothing_else(name):
+    assert load_recipe(name) == replace(Recipe(), tracker=PRESETS[name].params)
 
 
 def test_csv_only_and_overlay_write_nothing_else():

@@ -48,6 +48,7 @@ _RAW = TrackerParams(
 
 _KCF = TrackerParams(
     features=("hog",),
+    grayscale=True,
     kernel="gaussian",
     kernel_sigma=0.5,
     regularization=1e-4,

@@ -21,7 +21,7 @@ from situp_annotate.tracking.hog import HOG_CHANNELS, orientation_table
 from situp_annotate.tracking.params import TrackerParams
 from situp_annotate.tracking.resizing import Resizing, plan_resizing, resize
 
-__all__ = ["FeaturePlan", "add_colors", "luma", "plan_features"]
+__all__ = ["FeaturePlan", "add_colors", "luma", "plan_features", "turn_grey"]
 
 Real = npt.NDArray[np.float32]
 
@@ -101,6 +101,25 @@ def luma(blue, green, red):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN
     return np.floor(
         0.298936021293775 * red + 0.587043074451121 * green + 0.114020904255103 * blue + 0.5
     )
+
+
+@njit(cache=True, nogil=True)
+def turn_grey(image, span, out):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+    """Compute a part of a picture in grey.
+
+    Parameters
+    ----------
+    image : Image
+        (height, width, 3), uint8, in the order B, G, R.
+    span : tuple of int
+        First row and the one after the last, first column and the one after the last.
+    out : Image
+        (height, width, 1), uint8, of which that part is overwritten.
+    """
+    for y in range(span[0], span[1]):
+        for x in range(span[2], span[3]):
+            blue, green, red = image[y, x]
+            out[y, x, 0] = np.uint8(luma(float(blue), float(green), float(red)))
 
 
 @njit(cache=True, nogil=True)

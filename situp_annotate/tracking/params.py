@@ -52,6 +52,8 @@ class TrackerParams:
         from 0.5 to 2. Not in the paper.
     features : tuple of {"hog", "gray", "color"}
         Channels that the filter sees; at least one of the first two. §III-B: all three.
+    grayscale : bool
+        Whether colour pictures are turned grey first, as by KCF.
     kernel : {"linear", "gaussian"}
         Of the ridge regression. §III-B: linear, as in DCF; Gaussian as in KCF.
     kernel_sigma : float
@@ -92,6 +94,7 @@ class TrackerParams:
     scale_factors: tuple[float, ...] = (1.0, 0.995, 1.005, 0.985, 0.99, 1.01, 1.015)
     scale_criterion: Literal["apce", "max", "psr"] = "apce"
     features: tuple[Literal["hog", "gray", "color"], ...] = ("hog", "gray", "color")
+    grayscale: bool = False
     scale_interval: int = 1
     scale_search: Literal["pool", "filter"] = "pool"
     aspect_factors: tuple[float, ...] = (1.0,)

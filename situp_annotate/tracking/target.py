@@ -59,8 +59,7 @@ class Target:
         self._updates = 0
         self._scale_filter: ScaleFilter | None = None
         if params.scale_search == "filter":
-            channels = 1 if image.ndim == 2 else image.shape[2]
-            self._scale_filter = ScaleFilter(self._placement[2:], channels)
+            self._scale_filter = ScaleFilter(self._placement[2:], self._window.channels)
         self.learn(image, self._placement)
 
     def copy(self) -> "Target":

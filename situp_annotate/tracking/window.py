@@ -9,7 +9,7 @@ import numpy.typing as npt
 from numba import njit
 
 from situp_annotate.tracking.correlation import respond
-from situp_annotate.tracking.features import FeaturePlan, add_colors, plan_features
+from situp_annotate.tracking.features import FeaturePlan, add_colors, plan_features, turn_grey
 from situp_annotate.tracking.fourier import TransformPlan, invert, plan_transform, transform
 from situp_annotate.tracking.hog import fhog
 from situp_annotate.tracking.params import TrackerParams
@@ -24,6 +24,9 @@ Real = npt.NDArray[np.float32]
 # Of a target's size: by how much the scene must move, and may move, to be worth a second search.
 _SAME = 0.08
 _OUT_OF_REACH = 3.0
+
+_HALVING_REACH = 8
+"""Pixels of a picture, around a part of it, that may shape that part at half size."""
 
 
 class Placement(NamedTuple):
@@ -118,6 +121,8 @@ class SearchWindow:
         Size of the first box in cells.
     grid_hw : tuple of int
         Rows and columns of the feature maps.
+    channels : int
+        Of the picture that is searched: 1 or 3.
     spectrum_shape : tuple of int
         (rows, 2, columns // 2 + 1, channels), of their spectra.
     plan : WindowPlan
@@ -140,7 +145,11 @@ class SearchWindow:
         )
         cells = enlargement / params.cell_size
         self.target_hw = (self.first.height * cells, self.first.width * cells)
+        self._shape_hw = image_shape[:2]
         colors = image_shape[2] if len(image_shape) == 3 else 1
+        self._turned_grey = params.grayscale and colors > 1
+        self.channels = colors = 1 if self._turned_grey else colors
+        self._grey = np.empty((*(self._shape_hw if self._turned_grey else (0, 0)), 1), np.uint8)
         half_hw = ((image_shape[0] + 1) // 2, (image_shape[1] + 1) // 2)
         self._half = np.empty((*(half_hw if self._halved else (0, 0)), colors), np.uint8)
         features = plan_features(self._window_hw, params, color=colors == 3)
@@ -203,22 +212,47 @@ class SearchWindow:
     def prepare(
         self, image: Image, placement: Placement, factors: Iterable[tuple[float, float]]
     ) -> Image:
-        """Make the picture that is searched: with a channel axis, at half size for large targets.
+        """Make the picture that is searched.
 
-        Only what lies below the windows at these factors is computed.
+        It has a channel axis, is grey if so wanted, and at half size for large targets. Only what
+        lies below the windows at these factors is computed.
         """
         picture = _read_only(image if image.ndim == 3 else image[:, :, np.newaxis])
+        if not (self._halved or self._turned_grey):
+            return picture
+        span = self._span(placement, factors)
+        if self._turned_grey:
+            turn_grey(picture, self._at_full_size(span), self._grey)
+            picture = _read_only(self._grey)
         if not self._halved:
             return picture
+        halve(picture, span, self._half)
+        return _read_only(self._half)
+
+    def _span(
+        self, placement: Placement, factors: Iterable[tuple[float, float]]
+    ) -> tuple[int, int, int, int]:
+        """Rows and columns below the windows, in the picture that is searched."""
         span: list[int] = []
         steps = [self.steps(placement, factor) for factor in factors]
+        size_hw = self._half.shape[:2] if self._halved else self._shape_hw
         for axis, center in enumerate((placement.center_y, placement.center_x)):
             reach = max(step[axis] for step in steps) * (self._window_hw[axis] / 2 + 1) + 2
-            size = self._half.shape[axis]
-            start = min(max(math.floor(center - reach), 0), size - 1)
-            span += [start, min(max(math.ceil(center + reach), start + 1), size)]
-        halve(picture, (span[0], span[1], span[2], span[3]), self._half)
-        return _read_only(self._half)
+            start = min(max(math.floor(center - reach), 0), size_hw[axis] - 1)
+            span += [start, min(max(math.ceil(center + reach), start + 1), size_hw[axis])]
+        return span[0], span[1], span[2], span[3]
+
+    def _at_full_size(self, span: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
+        """Rows and columns that shape a part of the picture that is searched."""
+        if not self._halved:
+            return span
+        (height, width), (top, bottom, left, right) = self._shape_hw, span
+        return (
+            max(2 * top - _HALVING_REACH, 0),
+            min(2 * bottom + _HALVING_REACH, height),
+            max(2 * left - _HALVING_REACH, 0),
+            min(2 * right + _HALVING_REACH, width),
+        )
 
     def steps(self, placement: Placement, factors_hw: tuple[float, float]) -> tuple[float, float]:
         """Pixels between neighbouring samples at a scale, along rows and columns."""

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from scipy import fft, ndimage
@@ -232,6 +233,24 @@ def test_scales_can_be_left_alone_in_between():
     scales = [tracker.update(grown).scale for _ in range(4)]
     assert scales == pytest.approx([1, 1, 1.06, 1.06])
     assert tracker.locate(resized(image, box, 1.06**2)).scale == pytest.approx(1.06**2)
+
+
+@pytest.mark.parametrize("size", [40, 110])
+@pytest.mark.parametrize("search", ["pool", "filter"])
+def test_pictures_can_be_turned_grey_first(size, search):
+    color, box = noise(200, 240), BoundingBox(90, 60, size, size)
+    params = TrackerParams(scale_search=search)
+    trackers = SitupTracker(replace(params, grayscale=True)), SitupTracker(params)
+    boxes = []
+    for shift in range(0, 16, 4):
+        moved = np.roll(color, (shift, -shift), (0, 1))
+        pictures = moved, cv2.cvtColor(moved, cv2.COLOR_BGR2GRAY)
+        for tracker, picture in zip(trackers, pictures, strict=True):
+            if shift == 0:
+                tracker.init(picture, box)
+            boxes.append(tracker.update(picture).box)
+    assert boxes[::2] == boxes[1::2]
+    assert boxes[-1].x == pytest.approx(78, abs=4)
 
 
 def test_positions_between_cells_are_gone_on_from():
