@@ -66,7 +66,7 @@ _DSST = TrackerParams(
     learning_rate=0.025,
     scale_factors=_ONE_SCALE,
     scale_search="filter",
-    row_steps="own",
+    sampling="plain",
     subcell=True,
     halve_above=_NEVER,
 )
@@ -99,7 +99,7 @@ PRESETS: Mapping[str, Preset] = {
             regularization=1e-4,
             learning_rate=0.01,
             scale_criterion="max",
-            row_steps="own",
+            sampling="plain",
         ),
         "Y. Li, J. Zhu, A scale adaptive kernel correlation filter tracker with feature "
         "integration, ECCV workshops 2014",
@@ -121,7 +121,7 @@ PRESETS: Mapping[str, Preset] = {
         "peak-to-correlation energy",
     ),
     "aspect": Preset(
-        TrackerParams(aspect_factors=(1.0, 0.98, 1.02), row_steps="own", subcell=True),
+        TrackerParams(aspect_factors=(1.0, 0.98, 1.02), sampling="plain", subcell=True),
         "not published: SITUP with a search for the aspect ratio, which KCFDP (D. Huang et al., "
         "Enable scale and aspect ratio adaptability in visual tracking with detection proposals, "
         "BMVC 2015) aims at with detection proposals",
@@ -136,7 +136,7 @@ PRESETS: Mapping[str, Preset] = {
             label_sigma=1 / 16,
             learning_rate=0.01,
             scale_factors=(1.0, 0.98, 1.02),
-            row_steps="own",
+            sampling="plain",
             subcell=True,
         ),
         "not published: SITUP's features and criterion with the filter of BACF (H. Kiani Galoogahi "
@@ -147,7 +147,7 @@ PRESETS: Mapping[str, Preset] = {
         TrackerParams(
             scale_factors=(1.0, 0.985, 1.015),
             template_side=(0.0, 72.0),
-            row_steps="own",
+            sampling="plain",
             subcell=True,
         ),
         "not published: SITUP with three scales, small templates, and peaks between cells",

@@ -22,7 +22,8 @@ class TrackerParams:
         Whether the search window has the target's shape, or is a square of the same area.
     template_side : tuple of float
         Least and largest side (square root of the area, pixels) that the template may have; windows
-        are brought to it. Not in the paper, which leaves them as they are.
+        are brought to it, in a picture that is halved as often as fits. Not in the paper, which
+        leaves them as they are.
     cell_size : int
         Side of a feature cell in pixels of the window; at least 2, or 1 without HOG. Not in the
         paper; 4 in the authors' code, which also moves by whole cells.
@@ -65,9 +66,10 @@ class TrackerParams:
     support : float
         Height and width over the target's within which the background-aware filter may differ from
         zero; greater than 0.
-    row_steps : {"product", "own"}
-        How far apart rows of the window are sampled: by the product of both axes' ratios, as the
-        authors' code does, or by their own, so that a target that grows keeps its shape.
+    sampling : {"authors", "plain"}
+        How windows are sampled. The authors' code floors a first box that it halves, and steps
+        from row to row by the product of both axes' ratios; plainly, a target that grows keeps its
+        shape.
     subcell : bool
         Whether the target moves to where the response peaks between the cells.
     halve_above : float
@@ -102,7 +104,7 @@ class TrackerParams:
     kernel_sigma: float = 0.5
     filter: Literal["dual", "ratio", "background"] = "dual"
     support: float = 1.0
-    row_steps: Literal["product", "own"] = "product"
+    sampling: Literal["authors", "plain"] = "authors"
     subcell: bool = False
     halve_above: float = 100.0
     color_table: str | None = None

@@ -73,7 +73,7 @@ def sampling_steps(
     factors_hw: tuple[float, float],
     window_hw: tuple[int, int],
     *,
-    own: bool = False,
+    plain: bool = False,
 ) -> tuple[float, float]:
     """Pixels of the picture between neighbouring samples, along rows and columns.
 
@@ -85,12 +85,12 @@ def sampling_steps(
         Scale t of the pool, of height and of width.
     window_hw : tuple of int
         Size of the template, to which the window is brought.
-    own : bool
+    plain : bool
         Whether rows have a step of their own, not that of the authors' code.
     """
     step_x = math.floor(size_hw[1] * factors_hw[1]) / window_hw[1]
     step_y = math.floor(size_hw[0] * factors_hw[0]) / window_hw[0]
-    return (step_y if own else step_y * step_x), step_x
+    return (step_y if plain else step_y * step_x), step_x
 
 
 @njit(cache=True, nogil=True)

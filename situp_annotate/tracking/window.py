@@ -9,11 +9,11 @@ import numpy.typing as npt
 from numba import njit
 
 from situp_annotate.tracking.correlation import respond
-from situp_annotate.tracking.features import FeaturePlan, add_colors, plan_features, turn_grey
+from situp_annotate.tracking.features import FeaturePlan, add_colors, plan_features
 from situp_annotate.tracking.fourier import TransformPlan, invert, plan_transform, transform
 from situp_annotate.tracking.hog import fhog
 from situp_annotate.tracking.params import TrackerParams
-from situp_annotate.tracking.resizing import halve
+from situp_annotate.tracking.pyramid import PicturePyramid, Span
 from situp_annotate.tracking.sampling import sample_window, sampling_steps
 from situp_annotate.types import BoundingBox, Image
 
@@ -24,9 +24,6 @@ Real = npt.NDArray[np.float32]
 # Of a target's size: by how much the scene must move, and may move, to be worth a second search.
 _SAME = 0.08
 _OUT_OF_REACH = 3.0
-
-_HALVING_REACH = 8
-"""Pixels of a picture, around a part of it, that may shape that part at half size."""
 
 
 class Placement(NamedTuple):
@@ -91,18 +88,11 @@ def search_windows(picture, center_yx, steps_yx, plan, model, spectra, responses
         invert(responses_f, plan.transform, responses)
 
 
-def _read_only(picture: Image) -> Image:
-    """View of a picture, always of one kind: kernels are compiled for each kind of array."""
-    view = np.ascontiguousarray(picture).view()
-    view.setflags(write=False)
-    return view
-
-
 class SearchWindow:
     """The window in which a target is searched, of one size in cells for good.
 
-    Large targets are searched in the picture of half size, of which only the part below the
-    window is computed.
+    Large targets are searched in a smaller picture, of which only the part below the window is
+    computed.
 
     Parameters
     ----------
@@ -111,7 +101,7 @@ class SearchWindow:
     box : BoundingBox
         The target's first box.
     params : TrackerParams
-        ``padding``, ``cell_size``, ``halve_above`` and ``color_table`` are used.
+        Those of the window and of the features are used.
 
     Attributes
     ----------
@@ -133,9 +123,9 @@ class SearchWindow:
         self, image_shape: tuple[int, ...], box: BoundingBox, params: TrackerParams
     ) -> None:
         self._params = params
-        self._halved = math.sqrt(box.height * box.width) >= params.halve_above
+        self._picture = PicturePyramid(image_shape, self._halvings(box), grayscale=params.grayscale)
         self.first = self._first(box)
-        height, width = self._size(self.first)
+        height, width = self._size(self.first.height, self.first.width)
         side, (least, largest) = math.sqrt(height * width), params.template_side
         enlargement = min(max(side, least), largest) / side
         # At least two cells a side, so that targets of a few pixels have a grid at all.
@@ -145,51 +135,50 @@ class SearchWindow:
         )
         cells = enlargement / params.cell_size
         self.target_hw = (self.first.height * cells, self.first.width * cells)
-        self._shape_hw = image_shape[:2]
-        colors = image_shape[2] if len(image_shape) == 3 else 1
-        self._turned_grey = params.grayscale and colors > 1
-        self.channels = colors = 1 if self._turned_grey else colors
-        self._grey = np.empty((*(self._shape_hw if self._turned_grey else (0, 0)), 1), np.uint8)
-        half_hw = ((image_shape[0] + 1) // 2, (image_shape[1] + 1) // 2)
-        self._half = np.empty((*(half_hw if self._halved else (0, 0)), colors), np.uint8)
-        features = plan_features(self._window_hw, params, color=colors == 3)
+        self.channels = channels = self._picture.channels
+        features = plan_features(self._window_hw, params, color=channels == 3)
         self.grid_hw = rows, columns = features.cosine_window.shape
         self.spectrum_shape = (rows, 2, columns // 2 + 1, features.channels)
         self.plan = WindowPlan(
             features,
             plan_transform(self.grid_hw, features.channels),
-            np.empty((self._window_hw[0], colors, self._window_hw[1]), np.uint8),
+            np.empty((self._window_hw[0], channels, self._window_hw[1]), np.uint8),
             np.empty((columns, rows, features.channels), np.float32),
         )
 
+    def _halvings(self, box: BoundingBox) -> int:
+        """How often pictures are halved: once for large targets, or as often as the template is."""
+        halvings = int(math.sqrt(box.height * box.width) >= self._params.halve_above)
+        side = math.sqrt(math.prod(self._size(box.height, box.width)))
+        return max(halvings, math.floor(math.log2(side / self._params.template_side[1])))
+
     def _first(self, box: BoundingBox) -> Placement:
+        if self._params.sampling == "plain":
+            return self.placement(box)
         height, width = float(box.height), float(box.width)
         center_y, center_x = box.y + height // 2, box.x + width // 2
-        if not self._halved:
-            return Placement(center_y, center_x, height, width)
-        # The authors halve and floor positions that count from 1.
-        return Placement((center_y + 1) // 2 - 1, (center_x + 1) // 2 - 1, height // 2, width // 2)
+        pixel = self._picture.scale
+        while pixel > 1:  # the authors halve and floor positions that count from 1
+            center_y, center_x = (center_y + 1) // 2 - 1, (center_x + 1) // 2 - 1
+            height, width, pixel = height // 2, width // 2, pixel // 2
+        return Placement(center_y, center_x, height, width)
 
-    def _size(self, placement: Placement) -> tuple[float, float]:
-        """Height and width of the window around a target."""
-        height, width = placement.height, placement.width
+    def _size(self, height: float, width: float) -> tuple[float, float]:
+        """Height and width of the window around a target of a size."""
         if self._params.window == "square":
             height = width = math.sqrt(height * width)
         return height * self._params.padding, width * self._params.padding
 
     def placement(self, box: BoundingBox) -> Placement:
         """Where a box is; the inverse of :meth:`box`."""
-        y, x = box.y + box.height / 2, box.x + box.width / 2
-        if self._halved:
-            return Placement((y - 1) / 2, (x - 1) / 2, box.height / 2, box.width / 2)
-        return Placement(y, x, box.height, box.width)
+        center = self._picture.down(box.y + box.height / 2, box.x + box.width / 2)
+        return Placement(*center, box.height / self._picture.scale, box.width / self._picture.scale)
 
     def shifted(self, placement: Placement, shift_xy: tuple[float, float]) -> Placement:
         """Where a target is when the scene has taken it along by this many pixels."""
-        pixel = 0.5 if self._halved else 1.0
         return placement._replace(
-            center_y=placement.center_y + pixel * shift_xy[1],
-            center_x=placement.center_x + pixel * shift_xy[0],
+            center_y=placement.center_y + shift_xy[1] / self._picture.scale,
+            center_x=placement.center_x + shift_xy[0] / self._picture.scale,
         )
 
     def is_elsewhere(self, placement: Placement, other: Placement) -> bool:
@@ -202,60 +191,25 @@ class SearchWindow:
 
     def box(self, placement: Placement) -> BoundingBox:
         """Return the box of a placement, in pixels of the picture as it is."""
-        center_y, center_x, height, width = placement
-        if self._halved:
-            center_y, center_x, height, width = (
-                2 * center_y + 1, 2 * center_x + 1, 2 * height, 2 * width,
-            )  # fmt: skip
+        center_y, center_x = self._picture.up(placement.center_y, placement.center_x)
+        height, width = (self._picture.scale * size for size in placement[2:])
         return BoundingBox(center_x - width / 2, center_y - height / 2, width, height)
 
     def prepare(
         self, image: Image, placement: Placement, factors: Iterable[tuple[float, float]]
     ) -> Image:
-        """Make the picture that is searched.
-
-        It has a channel axis, is grey if so wanted, and at half size for large targets. Only what
-        lies below the windows at these factors is computed.
-        """
-        picture = _read_only(image if image.ndim == 3 else image[:, :, np.newaxis])
-        if not (self._halved or self._turned_grey):
-            return picture
-        span = self._span(placement, factors)
-        if self._turned_grey:
-            turn_grey(picture, self._at_full_size(span), self._grey)
-            picture = _read_only(self._grey)
-        if not self._halved:
-            return picture
-        halve(picture, span, self._half)
-        return _read_only(self._half)
-
-    def _span(
-        self, placement: Placement, factors: Iterable[tuple[float, float]]
-    ) -> tuple[int, int, int, int]:
-        """Rows and columns below the windows, in the picture that is searched."""
+        """Make the picture that is searched, as far as it lies below the windows at factors."""
         span: list[int] = []
         steps = [self.steps(placement, factor) for factor in factors]
-        size_hw = self._half.shape[:2] if self._halved else self._shape_hw
         for axis, center in enumerate((placement.center_y, placement.center_x)):
             reach = max(step[axis] for step in steps) * (self._window_hw[axis] / 2 + 1) + 2
-            start = min(max(math.floor(center - reach), 0), size_hw[axis] - 1)
-            span += [start, min(max(math.ceil(center + reach), start + 1), size_hw[axis])]
-        return span[0], span[1], span[2], span[3]
-
-    def _at_full_size(self, span: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
-        """Rows and columns that shape a part of the picture that is searched."""
-        if not self._halved:
-            return span
-        (height, width), (top, bottom, left, right) = self._shape_hw, span
-        return (
-            max(2 * top - _HALVING_REACH, 0),
-            min(2 * bottom + _HALVING_REACH, height),
-            max(2 * left - _HALVING_REACH, 0),
-            min(2 * right + _HALVING_REACH, width),
-        )
+            size = self._picture.shape_hw[axis]
+            start = min(max(math.floor(center - reach), 0), size - 1)
+            span += [start, min(max(math.ceil(center + reach), start + 1), size)]
+        return self._picture.search(image, Span(*span))
 
     def steps(self, placement: Placement, factors_hw: tuple[float, float]) -> tuple[float, float]:
         """Pixels between neighbouring samples at a scale, along rows and columns."""
-        size_hw = self._size(placement)
-        own = self._params.row_steps == "own"
-        return sampling_steps(size_hw, factors_hw, self._window_hw, own=own)
+        size_hw = self._size(placement.height, placement.width)
+        plain = self._params.sampling == "plain"
+        return sampling_steps(size_hw, factors_hw, self._window_hw, plain=plain)

@@ -152,10 +152,10 @@ RELATIVES = {
         features=("gray",), cell_size=1, filter="ratio", learning_rate=0.125, scale_factors=ONE
     ),
     "colour": TrackerParams(features=("gray", "color"), cell_size=2),
-    "square": TrackerParams(window="square", row_steps="own"),
+    "square": TrackerParams(window="square", sampling="plain"),
     "background": TrackerParams(window="square", padding=4.0, filter="background"),
-    "small template": TrackerParams(template_side=(0.0, 72.0), row_steps="own", subcell=True),
-    "large template": TrackerParams(template_side=(200.0, 200.0), row_steps="own", subcell=True),
+    "small template": TrackerParams(template_side=(0.0, 72.0), sampling="plain", subcell=True),
+    "large template": TrackerParams(template_side=(200.0, 200.0), sampling="plain", subcell=True),
 }
 
 
@@ -188,7 +188,7 @@ def test_relatives_follow_what_moves(name, channels):
 def test_each_criterion_follows_what_grows(criterion, factor):
     image, box = noise(), BoundingBox(70, 50, 40, 32)
     params = TrackerParams(
-        scale_factors=(1.0, 0.94, 0.97, 1.03, 1.06), scale_criterion=criterion, row_steps="own"
+        scale_factors=(1.0, 0.94, 0.97, 1.03, 1.06), scale_criterion=criterion, sampling="plain"
     )
     tracker = SitupTracker(params)
     tracker.init(image, box)
@@ -200,7 +200,7 @@ def test_each_criterion_follows_what_grows(criterion, factor):
 def test_the_search_along_scales_follows_what_grows(size, factor):
     image, box = noise(300, 340), BoundingBox(110, 90, size, size)
     params = TrackerParams(
-        filter="ratio", scale_factors=ONE, scale_search="filter", subcell=True, row_steps="own"
+        filter="ratio", scale_factors=ONE, scale_search="filter", subcell=True, sampling="plain"
     )
     tracker = SitupTracker(params)
     tracker.init(image, box)
@@ -213,7 +213,7 @@ def test_the_search_along_scales_follows_what_grows(size, factor):
 def test_aspect_factors_follow_what_grows_in_one_direction():
     image, box = noise(), BoundingBox(70, 50, 40, 32)
     params = TrackerParams(
-        scale_factors=(1.0, 1.04), aspect_factors=(1.0, 1 / 1.08, 1.08), row_steps="own"
+        scale_factors=(1.0, 1.04), aspect_factors=(1.0, 1 / 1.08, 1.08), sampling="plain"
     )
     tracker = SitupTracker(params)
     tracker.init(image, box)
@@ -226,7 +226,7 @@ def test_aspect_factors_follow_what_grows_in_one_direction():
 
 def test_scales_can_be_left_alone_in_between():
     image, box = noise(), BoundingBox(70, 50, 40, 32)
-    params = TrackerParams(scale_factors=(1.0, 1.06), scale_interval=3, row_steps="own")
+    params = TrackerParams(scale_factors=(1.0, 1.06), scale_interval=3, sampling="plain")
     tracker = SitupTracker(params)
     tracker.init(image, box)
     grown = resized(image, box, 1.06)
@@ -276,7 +276,7 @@ def test_what_does_not_go_together_is_refused(values):
 
 def test_copies_of_relatives_go_their_own_way():
     params = TrackerParams(
-        filter="ratio", scale_factors=ONE, scale_search="filter", row_steps="own"
+        filter="ratio", scale_factors=ONE, scale_search="filter", sampling="plain"
     )
     image = noise()
     tracker = SitupTracker(params)
