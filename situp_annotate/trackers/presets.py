@@ -135,22 +135,27 @@ PRESETS: Mapping[str, Preset] = {
             support=1.25,
             label_sigma=1 / 16,
             learning_rate=0.01,
+            learn_above=0.5,
             scale_factors=(1.0, 0.98, 1.02),
             sampling="plain",
             subcell=True,
         ),
         "not published: SITUP's features and criterion with the filter of BACF (H. Kiani Galoogahi "
         "et al., Learning background-aware correlation filters for visual tracking, ICCV 2017), "
-        "whose learning rate it almost has, and templates of about the same size for all targets",
+        "whose learning rate it almost has, templates of about the same size for all targets, and "
+        "the rule for when to learn of LMCF (M. Wang et al., Large margin object tracking with "
+        "circulant feature maps, CVPR 2017)",
     ),
     "fast": Preset(
         TrackerParams(
             scale_factors=(1.0, 0.985, 1.015),
             template_side=(0.0, 72.0),
+            learn_above=0.5,
             sampling="plain",
             subcell=True,
         ),
-        "not published: SITUP with three scales, small templates, and peaks between cells",
+        "not published: SITUP with three scales, small templates, peaks between cells, and LMCF's "
+        "rule for when to learn",
     ),
 }
 """By name: those that were published in the order of their years, then ours."""

@@ -37,6 +37,9 @@ class TrackerParams:
     learning_rate : float
         θ of the model update, equation (11); in [0, 1], 0 keeps the first frame's model. §IV-A:
         0.004. The authors' code updates in every frame, α̂ and the template alike.
+    learn_above : float
+        Share of their means over the frames so far that a response's peak and APCE must both reach
+        for the model to be updated, as in LMCF; in [0, 1], 0 is the paper's.
     scale_factors : tuple of float
         The pool **S** of scales t, equation (14); 1 to 32 numbers from 0.5 to 2, ``(1.0,)`` turns
         the search for scale off. §IV-A, in the authors' order: of equal APCEs the first wins.
@@ -93,6 +96,7 @@ class TrackerParams:
     label_sigma: float = 0.1
     regularization: float = 3e-4
     learning_rate: float = 0.004
+    learn_above: float = 0.0
     scale_factors: tuple[float, ...] = (1.0, 0.995, 1.005, 0.985, 0.99, 1.01, 1.015)
     scale_criterion: Literal["apce", "max", "psr"] = "apce"
     features: tuple[Literal["hog", "gray", "color"], ...] = ("hog", "gray", "color")
@@ -130,6 +134,7 @@ class TrackerParams:
             "label_sigma": (self.label_sigma > 0, "greater than 0"),
             "regularization": (self.regularization > 0, "greater than 0"),
             "learning_rate": (0 <= self.learning_rate <= 1, "from 0 to 1"),
+            "learn_above": (0 <= self.learn_above <= 1, "from 0 to 1"),
             "scale_factors": (
                 1 <= len(self.scale_factors) <= 32
                 and all(0.5 <= t <= 2 for t in self.scale_factors),

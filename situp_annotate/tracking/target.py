@@ -57,6 +57,7 @@ class Target:
         # Numbers of the windows searched last, by the steps between their samples.
         self._searched: dict[tuple[float, float], int] = {}
         self._updates = 0
+        self._sums = np.zeros(2)  # of peaks and APCEs, over all updates
         self._scale_filter: ScaleFilter | None = None
         if params.scale_search == "filter":
             self._scale_filter = ScaleFilter(self._placement[2:], self._window.channels)
@@ -65,8 +66,8 @@ class Target:
     def copy(self) -> "Target":
         """Share what stays the same, and the window's scratch; copy what changes."""
         twin = copy.copy(self)
-        twin._filter, twin._spectra, twin._searched = (
-            self._filter.copy(), np.empty_like(self._spectra), {},
+        twin._filter, twin._spectra, twin._searched, twin._sums = (
+            self._filter.copy(), np.empty_like(self._spectra), {}, self._sums.copy(),
         )  # fmt: skip
         if self._scale_filter is not None:
             twin._scale_filter = self._scale_filter.copy()
@@ -86,6 +87,9 @@ class Target:
                 before, found, estimate = moved, found_moved, estimate_moved
             else:
                 self._searched.clear()  # the spectra are those around the other place
+        if not self._is_sure(estimate):
+            self._placement = found
+            return estimate
         known = None
         if self._keeps_all and self._scale_filter is None and found[:2] == before[:2]:
             known = self._searched.get(self._window.steps(found, _AS_IT_IS))
@@ -95,6 +99,13 @@ class Target:
             self._placement = found
             self._filter.learn(self._spectra[known], self._params.learning_rate)
         return estimate
+
+    def _is_sure(self, estimate: Estimate) -> bool:
+        """Whether a response is high and sharp enough, beside those so far, to learn from."""
+        found = np.array([estimate.peak, estimate.apce])
+        sure = bool((found * self._updates >= self._params.learn_above * self._sums).all())
+        self._sums += found
+        return sure
 
     def locate(self, image: Image, *, resize: bool = True) -> tuple[Placement, Estimate]:
         """Find the target, by the scale with the sharpest response, or of the size it has."""

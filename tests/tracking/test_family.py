@@ -235,6 +235,21 @@ def test_scales_can_be_left_alone_in_between():
     assert tracker.locate(resized(image, box, 1.06**2)).scale == pytest.approx(1.06**2)
 
 
+@pytest.mark.parametrize(("share", "finds"), [(0.5, True), (0.0, False)])
+def test_what_hides_the_target_is_not_learnt(share, finds):
+    image, box = noise(), BoundingBox(70, 50, 40, 32)
+    params = TrackerParams(learning_rate=0.2, learn_above=share, scale_factors=ONE)
+    tracker = SitupTracker(params)
+    tracker.init(image, box)
+    for shift in (4, 8, 4, 0):
+        tracker.update(np.roll(image, shift, 1))
+    hidden = np.full_like(image, 128)
+    for _ in range(40):
+        tracker.update(hidden)
+        tracker.place(box)
+    assert (tracker.locate(image).peak > 0.3) == finds
+
+
 @pytest.mark.parametrize("size", [40, 110])
 @pytest.mark.parametrize("search", ["pool", "filter"])
 def test_pictures_can_be_turned_grey_first(size, search):
@@ -267,7 +282,8 @@ def test_positions_between_cells_are_gone_on_from():
     "values",
     [{"features": ("color",)}, {"features": ("gray",), "cell_size": 0}, {"kernel_sigma": 0.0},
      {"aspect_factors": ()}, {"scale_interval": 0}, {"aspect_factors": (3.0,)},
-     {"kernel": "gaussian", "filter": "ratio"}, {"template_side": (9.0, 3.0)}, {"support": 0.0}],
+     {"kernel": "gaussian", "filter": "ratio"}, {"template_side": (9.0, 3.0)}, {"support": 0.0},
+     {"learn_above": 1.1}],
 )  # fmt: skip
 def test_what_does_not_go_together_is_refused(values):
     with pytest.raises(TrackingError, match="is not allowed: give"):
