@@ -3,15 +3,16 @@
     python benchmarks/accuracy.py --sequences FOLDER --json FILE [--attributes FILE]
         [--trackers NAME …] [--fresh]
 
-FOLDER holds sequences in OTB layout. Each preset, and those with pools of scales by each criterion,
+FOLDER holds sequences in OTB layout. Each preset, and each with a pool of scales by all criteria,
 starts from the truth's first box of each target and is scored by one-pass evaluation with the
 conventions of the OTB toolkit, one run after the other in a process of one thread; finished runs
 stay in a folder beside FILE, from which a benchmark that was interrupted goes on. Speeds are of
-tracking alone, geometric means over the targets.
+tracking alone, geometric means over the targets. published.json has what others published of OTB
+targets, to compare with.
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,13 @@ BY_CRITERION = tuple(
     if criterion != preset.params.scale_criterion
 )
 """Trackers with a pool of scales, by the criteria that are not their own."""
+
+_PUBLISHED = Path(__file__).with_name("published.json")
+_MEASURES: Mapping[str, Callable[[Mapping[str, Any]], float]] = {
+    "auc": lambda target: float(target["auc"]),
+    "success_at_half": lambda target: float(target["success_curve"][10]),
+}
+_NEAR = 0.05
 
 Trackers = Mapping[str, Mapping[str, Any]]
 
@@ -67,6 +75,40 @@ def by_target(trackers: Trackers) -> Iterable[str]:
         yield f"| {target} | {' | '.join(f'{auc:.3f}' for auc in aucs)} |"
 
 
+def published_runs() -> list[tuple[str, str, Mapping[str, float]]]:
+    """Tracker, measure and figures by target, of every published run."""
+    runs = json.loads(_PUBLISHED.read_bytes())
+    return [
+        (tracker, measure, run[measure])
+        for tracker, of_tracker in runs.items()
+        for run in of_tracker
+        for measure in _MEASURES
+        if measure in run
+    ]
+
+
+def beside_published(trackers: Trackers) -> Iterable[str]:
+    """Ours and published figures by target, in Markdown, and how many are how near."""
+    runs = [run for run in published_runs() if run[0] in trackers]
+    yield f"| ours / published | {' | '.join(f'{name} {measure}' for name, measure, _ in runs)} |"
+    yield "|---" * (len(runs) + 1) + "|"
+    near = [0] * len(runs)
+    known = [0] * len(runs)
+    for target in next(iter(trackers.values()))["ope"]["targets"]:
+        cells = []
+        for number, (name, measure, figures) in enumerate(runs):
+            cells.append("")
+            if target in figures:
+                ours = _MEASURES[measure](trackers[name]["ope"]["targets"][target])
+                cells[-1] = f"{ours:.3f} / {figures[target]:.3f}"
+                known[number] += 1
+                near[number] += abs(ours - figures[target]) <= _NEAR
+        if any(cells):
+            yield f"| {target} | {' | '.join(cells)} |"
+    shares = [f"{one} of {all_}" for one, all_ in zip(near, known, strict=True)]
+    yield f"| **within {_NEAR}** | {' | '.join(shares)} |"
+
+
 @click.command(help=__doc__)
 @click.option("--sequences", type=click.Path(exists=True, path_type=Path), required=True)
 @click.option("--json", "json_path", type=click.Path(path_type=Path), required=True)
@@ -88,7 +130,7 @@ def main(
     for note in evaluate_trackers(plan).notes:
         print(note)
     found = json.loads((folder / "evaluation.json").read_bytes())["trackers"]
-    print("\n".join([*by_tracker(found), "", *by_target(found)]))
+    print("\n".join([*by_tracker(found), "", *by_target(found), "", *beside_published(found)]))
     bars = {name: figures_of(tracker) for name, tracker in found.items()}
     targets = {
         name: {target: {"auc": each["auc"], "precision": each["precision"]}

@@ -25,7 +25,7 @@ from situp_annotate.formats.overlay.options import OverlayOptions
 from situp_annotate.limits import Limits
 from situp_annotate.propagation import PropagationOptions
 from situp_annotate.toml import parse_toml, parse_value
-from situp_annotate.trackers import PRESETS
+from situp_annotate.trackers import DEFAULT_PRESET, PRESETS
 from situp_annotate.tracking import TrackerParams
 from situp_annotate.types import State
 
@@ -117,9 +117,13 @@ class MotOptions:
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
-    """Settings of a run; each attribute is a table of the TOML file."""
+    """Settings of a run; each attribute is a table of the TOML file.
 
-    tracker: TrackerParams = field(default_factory=TrackerParams)
+    The tracker is the preset that needs the fewest boxes for the time it takes, by
+    ``benchmarks/effort.py``; the paper's is in the recipe ``situp``.
+    """
+
+    tracker: TrackerParams = PRESETS[DEFAULT_PRESET].params
     propagation: PropagationOptions = field(default_factory=PropagationOptions)
     decoding: DecodingOptions = field(default_factory=DecodingOptions)
     outputs: Outputs = field(default_factory=Outputs)
@@ -223,9 +227,7 @@ def _adapter(section: str) -> TypeAdapter[Any]:
 
 
 def _with_preset(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    if _PRESET not in values:
-        return values
-    name = values[_PRESET]
+    name = values.get(_PRESET, DEFAULT_PRESET)
     if not isinstance(name, str) or name not in PRESETS:
         raise RecipeError(
             f"{_PRESET} = {_shown(name)} is no tracker of the family; "
@@ -265,7 +267,7 @@ def recipe_from_dict(plain: Mapping[str, Any]) -> Recipe:
     return _build(plain, "recipe")
 
 
-def load_recipe(name: str | Path = "situp", settings: Sequence[str] = ()) -> Recipe:
+def load_recipe(name: str | Path = DEFAULT_PRESET, settings: Sequence[str] = ()) -> Recipe:
     """Load a recipe.
 
     Parameters

@@ -46,7 +46,7 @@ def drawing_options(command: _Command) -> _Command:
         "--recipe",
         "-r",
         metavar="NAME|PATH",
-        default="situp",
+        default="fast",
         show_default=True,
         help="Recipe whose [overlay] says what is drawn.",
     )

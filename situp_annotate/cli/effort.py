@@ -6,7 +6,7 @@ import click
 
 __all__ = ["effort"]
 
-_METHODS = ("hold", "linear", "cubic", "mil", "forward", "both", "fast", "accurate")
+_METHODS = ("hold", "linear", "cubic", "mil", "forward", "both", "situp", "accurate")
 
 
 def _chosen(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[str, ...]:
@@ -37,9 +37,9 @@ def _chosen(_context: click.Context, _parameter: click.Parameter, value: str) ->
     callback=_chosen,
     default=",".join(_METHODS),
     show_default=True,
-    help="What to compare, separated by commas. both is SITUP in both directions, fast and "
-    "accurate are those presets in its place; mil is OpenCV's TrackerMIL: slow, and followed up to "
-    "3 boxes only.",
+    help="What to compare, separated by commas. both is what run does by default, forward "
+    "goes in one direction; situp and accurate go in both with those trackers; mil is OpenCV's "
+    "TrackerMIL: slow, and followed up to 3 boxes only.",
 )
 @click.option(
     "--workers",

@@ -58,9 +58,9 @@ class _ShardType(click.ParamType):  # type: ignore[type-arg]
     "--recipe",
     "-r",
     metavar="NAME|PATH",
-    default="situp",
+    default="fast",
     show_default=True,
-    help="Ready-made recipe (situp, overlay, csv_only) or path of a TOML file.",
+    help="Ready-made recipe (fast, accurate, situp, overlay, csv_only) or path of a TOML file.",
 )
 @click.option(
     "--set",

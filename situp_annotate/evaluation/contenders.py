@@ -5,11 +5,14 @@ from dataclasses import dataclass
 from functools import partial
 
 from situp_annotate.propagation import PropagationOptions, TrackerFactory
-from situp_annotate.trackers import PRESETS, make_mil
+from situp_annotate.trackers import DEFAULT_PRESET, PRESETS, make_mil
 from situp_annotate.tracking import SitupTracker
 from situp_annotate.types import Method
 
 __all__ = ["CONTENDERS", "Contender"]
+
+
+_BY_DEFAULT = partial(SitupTracker, PRESETS[DEFAULT_PRESET].params)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +30,7 @@ class Contender:
     """
 
     options: PropagationOptions
-    tracker: TrackerFactory = SitupTracker
+    tracker: TrackerFactory = _BY_DEFAULT
     most_boxes: int | None = None
 
 
@@ -40,10 +43,10 @@ CONTENDERS: Mapping[str, Contender] = {
     "both": Contender(PropagationOptions()),
     **{
         name: Contender(PropagationOptions(), partial(SitupTracker, PRESETS[name].params))
-        for name in ("fast", "accurate")
+        for name in ("situp", "accurate")
     },
 }
-"""By name; presets go in both directions, like ``both``, which has SITUP's.
+"""By name. ``both`` is what ``run`` does by default, and presets take its tracker's place.
 
 ``mil`` is OpenCV's tracker, some fifty times slower: its budgets end at 3 boxes.
 """

@@ -1,7 +1,7 @@
 """Trackers to choose from: what they are made of, and what they are called."""
 
 from situp_annotate.trackers.opencv import OpenCvTracker, make_mil
-from situp_annotate.trackers.presets import PRESETS, Preset
+from situp_annotate.trackers.presets import DEFAULT_PRESET, PRESETS, Preset
 from situp_annotate.trackers.registry import (
     ENTRY_POINTS,
     find_tracker,
@@ -12,6 +12,7 @@ from situp_annotate.trackers.registry import (
 )
 
 __all__ = [
+    "DEFAULT_PRESET",
     "ENTRY_POINTS",
     "PRESETS",
     "OpenCvTracker",

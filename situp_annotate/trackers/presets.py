@@ -9,7 +9,10 @@ from dataclasses import dataclass, replace
 
 from situp_annotate.tracking import TrackerParams
 
-__all__ = ["PRESETS", "Preset"]
+__all__ = ["DEFAULT_PRESET", "PRESETS", "Preset"]
+
+DEFAULT_PRESET = "fast"
+"""What ``situp-annotate run`` tracks with where nothing else is asked for."""
 
 _ONE_SCALE = (1.0,)
 _NEVER = 1e9
