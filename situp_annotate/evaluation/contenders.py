@@ -5,14 +5,11 @@ from dataclasses import dataclass
 from functools import partial
 
 from situp_annotate.propagation import PropagationOptions, TrackerFactory
-from situp_annotate.trackers import DEFAULT_PRESET, PRESETS, make_mil
+from situp_annotate.trackers import PRESETS, default_tracker, make_mil
 from situp_annotate.tracking import SitupTracker
 from situp_annotate.types import Method
 
 __all__ = ["CONTENDERS", "Contender"]
-
-
-_BY_DEFAULT = partial(SitupTracker, PRESETS[DEFAULT_PRESET].params)
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +27,7 @@ class Contender:
     """
 
     options: PropagationOptions
-    tracker: TrackerFactory = _BY_DEFAULT
+    tracker: TrackerFactory = default_tracker
     most_boxes: int | None = None
 
 

@@ -23,7 +23,7 @@ from situp_annotate.propagation.spans import (
     spans,
 )
 from situp_annotate.propagation.walking import PassCache, Survey, Walker
-from situp_annotate.tracking import SitupTracker
+from situp_annotate.trackers import default_tracker
 from situp_annotate.types import BoundingBox, Extend, Keyframe, Method, Track
 
 __all__ = ["propagate"]
@@ -40,7 +40,7 @@ def propagate(
     tracks: Sequence[Track],
     options: PropagationOptions | None = None,
     *,
-    tracker: TrackerFactory = SitupTracker,
+    tracker: TrackerFactory = default_tracker,
     threads: int = 1,
     cache: PassCache | None = None,
     survey: Survey | None = None,
@@ -66,7 +66,8 @@ def propagate(
     options : PropagationOptions, optional
         How to go about it.
     tracker : callable, optional
-        Makes a fresh tracker; ``functools.partial(SitupTracker, TrackerParams(...))``, say.
+        Makes a fresh tracker: that of the preset which ``run`` takes; ``SitupTracker``, say, the
+        paper's.
     threads : int
         Tracks to follow at a time; at least 1. The labels do not depend on it.
     cache : mapping, optional

@@ -4,6 +4,7 @@ from situp_annotate.trackers.opencv import OpenCvTracker, make_mil
 from situp_annotate.trackers.presets import DEFAULT_PRESET, PRESETS, Preset
 from situp_annotate.trackers.registry import (
     ENTRY_POINTS,
+    default_tracker,
     find_tracker,
     folder_name,
     make_tracker,
@@ -17,6 +18,7 @@ __all__ = [
     "PRESETS",
     "OpenCvTracker",
     "Preset",
+    "default_tracker",
     "find_tracker",
     "folder_name",
     "make_mil",

@@ -8,12 +8,13 @@ from urllib.parse import quote
 
 from situp_annotate.errors import TrackingError
 from situp_annotate.trackers.opencv import MODEL_FILES, make_mil, make_with_models
-from situp_annotate.trackers.presets import PRESETS
+from situp_annotate.trackers.presets import DEFAULT_PRESET, PRESETS
 from situp_annotate.trackers.variants import variant_params
 from situp_annotate.tracking import SitupTracker, Tracker
 
 __all__ = [
     "ENTRY_POINTS",
+    "default_tracker",
     "find_tracker",
     "folder_name",
     "make_tracker",
@@ -91,6 +92,11 @@ def _load(point: EntryPoint) -> Callable[[], Tracker]:
     if not callable(factory):
         raise TrackingError(f"The tracker {point.name!r}: {point.value} cannot be called.")
     return factory  # type: ignore[no-any-return]
+
+
+def default_tracker() -> Tracker:
+    """A fresh tracker of the kind that ``run`` takes where nothing else is asked for."""
+    return SitupTracker(PRESETS[DEFAULT_PRESET].params)
 
 
 def make_tracker(name: str) -> Tracker:
