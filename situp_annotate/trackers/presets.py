@@ -102,7 +102,6 @@ PRESETS: Mapping[str, Preset] = {
             regularization=1e-4,
             learning_rate=0.01,
             scale_criterion="max",
-            sampling="plain",
         ),
         "Y. Li, J. Zhu, A scale adaptive kernel correlation filter tracker with feature "
         "integration, ECCV workshops 2014",

@@ -71,8 +71,8 @@ class TrackerParams:
         zero; greater than 0.
     sampling : {"authors", "plain"}
         How windows are sampled. The authors' code floors a first box that it halves, and steps
-        from row to row by the product of both axes' ratios; plainly, a target that grows keeps its
-        shape.
+        from row to row by the product of both axes' ratios, as SAMF's does; plainly, a target that
+        grows keeps its shape.
     subcell : bool
         Whether the target moves to where the response peaks between the cells.
     halve_above : float
