@@ -68,8 +68,8 @@ def run(sequences: list[OtbSequence], output: Path) -> None:
     ]
     # The toolkit scores a box in every frame, those of lost targets too.
     states = 'mot.states=["visible", "occluded", "lost"]'
-    options = ["--recipe", "csv_only", "--set", states, "--allow-outside"]
-    subprocess.run([*command, *options], check=True)
+    options = ["--recipe", "csv_only", "--set", "tracker.preset=situp", "--set", states]
+    subprocess.run([*command, *options, "--allow-outside"], check=True)
 
 
 def boxes_of(path: Path, track_id: int, frames: int) -> npt.NDArray[np.float64]:

@@ -34,7 +34,7 @@ from situp_annotate.compiling import compile_kernels
 from situp_annotate.evaluation import OtbSequence, OtbTarget, evaluate_one_pass, find_sequences
 from situp_annotate.propagation import FramesInMemory, TrackerFactory, propagate
 from situp_annotate.trackers.variants import variant_params
-from situp_annotate.tracking import SitupTracker, TrackerParams, window
+from situp_annotate.tracking import SitupTracker, TrackerParams, pyramid, window
 from situp_annotate.tracking import target as tracking_target
 from situp_annotate.tracking.correlation import CorrelationFilter, Model, respond
 from situp_annotate.tracking.features import add_colors
@@ -170,7 +170,7 @@ class StageClock:
                 back(responses_f, plan.transform, responses)
 
         parts = (
-            (window, "halve", "halve"),
+            (pyramid, "halve", "halve"),
             (tracking_target, "apce", "respond"),
             (tracking_target, "find_peak", "respond"),
             (CorrelationFilter, "learn", "update"),
