@@ -14,7 +14,7 @@ from situp_annotate.formats.staging import write_whole
 __all__ = ["can_draw", "draw_curves"]
 
 _DPI = 150
-_IN_LEGEND = 12
+_IN_LEGEND = 6
 """Trackers above which the legend stands beside the axes."""
 
 _STYLES = ("-", "--", "-.", ":")
