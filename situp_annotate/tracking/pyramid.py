@@ -30,6 +30,10 @@ def _read_only(picture: Image) -> Image:
     return view
 
 
+def _with_channels(image: Image) -> Image:
+    return _read_only(image if image.ndim == 3 else image[:, :, np.newaxis])
+
+
 class PicturePyramid:
     """Makes the picture that is searched, as far as it is needed.
 
@@ -62,6 +66,11 @@ class PicturePyramid:
         self._halves = [np.empty((*shape, self.channels), np.uint8) for shape in shapes[1:]]
 
     @property
+    def is_given(self) -> bool:
+        """Whether what is searched is the given picture, of which nothing need be computed."""
+        return not (self._halves or self._turns_grey)
+
+    @property
     def scale(self) -> int:
         """How many times as large the given pictures are, each side."""
         return int(2 ** len(self._halves))
@@ -78,20 +87,23 @@ class PicturePyramid:
             y, x = 2 * y + 1, 2 * x + 1
         return y, x
 
-    def search(self, image: Image, span: Span) -> Image:
+    def search(self, image: Image, span: Span | None) -> Image:
         """The picture that is searched, with a channel axis.
 
         Parameters
         ----------
         image : Image
             Of the shape given at first.
-        span : Span
-            Part of the picture that is searched, within it; the rest may be anything.
+        span : Span or None
+            Part of the picture that is searched, within it; the rest may be anything. Not needed
+            where it is the given one.
         """
+        if span is None:
+            return _with_channels(image)
         spans = [span]
         for larger in (*reversed(self._halves[:-1]), image)[: len(self._halves)]:
             spans.insert(0, _below(spans[0], larger.shape))
-        picture = _read_only(image if image.ndim == 3 else image[:, :, np.newaxis])
+        picture = _with_channels(image)
         if self._turns_grey:
             turn_grey(picture, spans[0], self._grey)
             picture = _read_only(self._grey)

@@ -102,6 +102,8 @@ class Target:
 
     def _is_sure(self, estimate: Estimate) -> bool:
         """Whether a response is high and sharp enough, beside those so far, to learn from."""
+        if not self._params.learn_above:
+            return True
         found = np.array([estimate.peak, estimate.apce])
         sure = bool((found * self._updates >= self._params.learn_above * self._sums).all())
         self._sums += found

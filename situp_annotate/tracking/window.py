@@ -199,6 +199,8 @@ class SearchWindow:
         self, image: Image, placement: Placement, factors: Iterable[tuple[float, float]]
     ) -> Image:
         """Make the picture that is searched, as far as it lies below the windows at factors."""
+        if self._picture.is_given:
+            return self._picture.search(image, None)
         span: list[int] = []
         steps = [self.steps(placement, factor) for factor in factors]
         for axis, center in enumerate((placement.center_y, placement.center_x)):
